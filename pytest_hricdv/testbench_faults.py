@@ -256,8 +256,8 @@ def _type_faults(testbench: Testbench) -> Iterator[str]:
     parts = {name: getattr(testbench, name) for name in ("time", "simulation", "suites", "state")}
     parts |= {f"signals[{name!r}]": signal for name, signal in testbench.signals.items() if isinstance(signal, Signal)}
     parts |= {f"fields[{name!r}]": field for name, field in testbench.fields.items()}
-    for ranges in (*testbench.concretization.commands.values(), testbench.concretization.run):
-        parts |= {f"parameter {name!r}": sampler for name, sampler in ranges.items()}
+    for command, ranges in {**testbench.concretization.commands, "run": testbench.concretization.run}.items():
+        parts |= {f"{command}: {name}": sampler for name, sampler in ranges.items()}
     for owner, part in parts.items():
         for name, hint in get_type_hints(type(part)).items():
             if not _fits(getattr(part, name), hint):

@@ -6,8 +6,10 @@ thing about this. The feature `schedules` searches for decisions under which a t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import get_args
 
 from msgspec.structs import replace
 
@@ -36,6 +38,9 @@ class ScheduleDecision:
         delay_s: maximum length of a preemption, or length of a delay or delivery (s).
         choice: for an order, the index of the node that continues.
         node: the node that waited or sent the message; nothing depends on it.
+
+    Raises:
+        GenerateError: there is no such kind, or a number is negative or not finite.
     """
 
     kind: DecisionKind
@@ -44,6 +49,14 @@ class ScheduleDecision:
     delay_s: float = 0.0
     choice: int = 0
     node: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        kinds = get_args(DecisionKind)
+        if self.kind not in kinds:
+            raise GenerateError(f"a decision of a schedule is {self.kind!r}; expected {', '.join(kinds)}")
+        for name in ("occurrence", "delay_s", "choice"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise GenerateError(f"{self}: {name} is {getattr(self, name)}; expected a finite number, at least 0")
 
     def to_data(self) -> DecisionData:
         """For JSON."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +11,13 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.execution.execution_feature import ExecutionFeature
+from pytest_hricdv.generate import GenerateError
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.faults import CodeUnderTest
     from pytest_hricdv.extra.schedules.points import CodePoints
     from pytest_hricdv.extra.schedules.scheduler import Scheduler
+    from pytest_hricdv.generate.schedule import ScheduleDecision
     from pytest_hricdv.run import Run
     from pytest_hricdv.testbench import Testbench
 
@@ -50,13 +52,30 @@ class ScheduleExecution(ExecutionFeature):
 
 @contextmanager
 def _schedule(run: Run, code: CodeUnderTest, testbench: Testbench) -> Iterator[None]:
+    from pytest_hricdv.execution.faulty_import import FaultyImport
     from pytest_hricdv.extra.schedules.scheduler import instrument_points, schedule_run
 
+    # A mutant may lack the statement, and runs of a search are made of what earlier ones executed.
+    is_mutant = any(isinstance(finder, FaultyImport) for finder in sys.meta_path)
+    is_given = INSTRUMENTATION.points is None and not is_mutant
     with ExitStack() as stack:
         points = INSTRUMENTATION.points or stack.enter_context(instrument_points(testbench.code))
         stop = _stop if INSTRUMENTATION.is_debugged and INSTRUMENTATION.points is None else None
         INSTRUMENTATION.last = stack.enter_context(schedule_run(run, code, points, stop))
         yield
+        if is_given:
+            _check_places(run.test.schedule, points)
+
+
+def _check_places(schedule: Iterable[ScheduleDecision], points: CodePoints) -> None:
+    """Refuse a decision at what is no statement any more: without it, the run had the usual order."""
+    places = points.places
+    for decision in schedule:
+        if decision.kind in ("preemption", "delay") and decision.place not in places:
+            raise GenerateError(
+                f"the schedule of the test has a {decision.kind} at {decision.place}, where nothing can wait; expected "
+                "the file and line of a statement of the code under test that uses data of several threads"
+            )
 
 
 def _stop(header: str) -> None:

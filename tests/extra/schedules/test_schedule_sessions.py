@@ -201,6 +201,27 @@ def test_a_race_is_found_in_tests_of_other_suites_and_a_custom_test_repeats_it(
     custom.stdout.fnmatch_lines(["R1 Passed (*", "R1 Failed (*"])
 
 
+@pytest.mark.parametrize(
+    ("kind", "line", "delay_s", "told"),
+    [
+        ("preemption", 99, 0.05, "has a preemption at arm.py:99, where nothing can wait"),
+        ("delay", 1, 0.05, "has a delay at arm.py:1, where nothing can wait"),
+        ("preemtion", 17, 0.05, "is 'preemtion'; expected preemption, delay, order, delivery"),
+        ("delay", 17, -1.0, "delay_s is -1.0; expected a finite number, at least 0"),
+    ],
+)
+def test_a_decision_that_would_change_nothing_is_refused(
+    pytester: pytest.Pytester, kind: str, line: int, delay_s: float, told: str
+) -> None:
+    folder = project(pytester, is_safe=True)
+    actions = [{"command": "stop", "parameters": {"pause_s": 1.0}}]
+    text = CUSTOM.format(actions=actions, kind=kind, file="arm.py", line=line, occurrence=1, delay_s=delay_s)
+    (folder / "test_custom.py").write_text(text, encoding="utf-8")
+    result = pytester.runpytest_subprocess("test_custom.py", "-p", "no:cacheprovider", "-o", "hri_suite=")
+    result.stdout.fnmatch_lines([f"*{told}*"])
+    assert result.ret != 0
+
+
 @pytest.mark.slow
 def test_a_fault_that_removes_a_lock_is_noticed_under_a_schedule(pytester: pytest.Pytester) -> None:
     folder = project(pytester, is_safe=True)
