@@ -1,4 +1,7 @@
-"""States that an object holds in an attribute: strings, members of an enumeration, an object for each state, a tree."""
+"""Finds attributes that hold the state of an object: a string, an enumeration, a state object or a behaviour tree.
+
+`AttributeStates` returns each as a `StateMachine` of the draft; machines of libraries are in `states`.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +15,11 @@ from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dot
 from pytest_hricdv.extra.draft.code_model import CodeLine, State, StateMachine
 
 ATTRIBUTE, OBSERVED = "attribute", "observed"
-"""Kinds of machines whose transitions, or whose states as well, no code declares."""
+"""Kinds of a `StateMachine`: the code declares only its states, or not even these (a tree of `py_trees`)."""
 
 
 class AttributeStates:
-    """Finds the attributes of a class, and of objects that it makes, that hold a state."""
+    """Finds attributes with a state, in a class and in the objects that it makes."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
@@ -44,8 +47,7 @@ class AttributeStates:
             yield from (machine for machine, is_enum in self._machines_of(scope) if is_enum)
 
     def decides(self, scope: Scope, machine: StateMachine) -> bool:
-        """Whether a class compares an attribute of its own, or sets it to objects that are not messages: else it is
-        what the object does, and no state."""
+        """Whether a class uses the attribute as a state: compares it, or sets it to objects that are no messages."""
         for name, assigned in self._values_of(scope):
             made = [self._sources.class_of(where.module, getattr(value, "func", None)) for where, value in assigned]
             if name == machine.name and any(own is not None and not form_of(self._sources, own) for own in made):

@@ -1,4 +1,7 @@
-"""Classes of the code: their forms (dataclasses, typed dicts, enumerations ...), methods, and neutral values."""
+"""What a draft needs of the code's classes: form (dataclass, typed dict, enumeration ...), methods, neutral values.
+
+A *neutral value* is the source text of a value for an annotation (`neutral_value`), such as `0.0` for a float.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ ARRAY_LENGTH = 36
 """Numbers in an array of any length: a scan with a ray each ten degrees."""
 
 FAR = "10.0"
-"""The neutral value of each kind; for distances, nobody is near."""
+"""The neutral number in an array; if it is a distance, nobody is near."""
 
 _TRANSPARENT = ("Union", "Optional")
 """Annotations that are of the types within them."""
@@ -28,7 +31,7 @@ _TRANSPARENT = ("Union", "Optional")
 _MAX_DEPTH = 5
 
 Neutral = tuple[str, Imports]
-"""Source text, and the names that it needs."""
+"""A neutral value: its source text, and the imports that it needs."""
 
 
 def form_of(sources: Sources, scope: Scope) -> str:

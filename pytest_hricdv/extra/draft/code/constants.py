@@ -1,4 +1,4 @@
-"""Values of expressions at the top of a module, without running it: constants, tables, members of enumerations."""
+"""Evaluates expressions of a module without running it: `evaluate` for constants and tables, `members` for enums."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_with_dots, resolve_import
 
 MAX_DEPTH = 30
-"""Names that lead to names: deeper ones are cyclic."""
+"""Most names that stand for each other in a row; longer chains are taken for cycles."""
 
 
 class UnknownConstantError(Exception):
@@ -20,7 +20,7 @@ class UnknownConstantError(Exception):
 
 @dataclass(frozen=True)
 class Reference:
-    """A function or class of the code, or a name from outside."""
+    """A value that is a function or class of the code, or a name from outside."""
 
     name: str
 

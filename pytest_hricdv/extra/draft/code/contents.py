@@ -1,7 +1,7 @@
 """Infers the fields of values without a class from how the code under test reads them.
 
 Such a value is a dict, JSON, a tuple, a text that the code splits, or an object whose attributes it reads. The result
-is an `Argument`: fields for a drafted message, and an expression that makes the value from such a message.
+of `ContentReader` is an `Argument`: fields for a drafted message, and an expression that makes the value from one.
 """
 
 from __future__ import annotations

@@ -36,12 +36,7 @@ class CreatedObjects:
         self._sources, self._flow = sources, flow
 
     def ports(self, entry: Entry, faulty: frozenset[str]) -> Iterator[Port]:
-        """The ports that stand-ins replace; no two have the same name or the same `made_from`.
-
-        Args:
-            entry: the entry of the code.
-            faulty: names of libraries that are missing or fail, and, after a dot, of the code's classes that fail.
-        """
+        """The ports that stand-ins replace, each name and `made_from` once; `faulty` is that of `CodeReader.model`."""
         done: set[str] = set()
         scope = self._sources.class_named(entry.module, entry.name)
         every = (*self._attributes(scope, faulty), *self._modules(faulty), *self._sockets(entry, scope))

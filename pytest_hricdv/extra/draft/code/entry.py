@@ -1,6 +1,6 @@
-"""The entry of the code: the function, class or script that runs it, and the arguments that it needs.
+"""Finds the entry of the code: the function, class or script that a test runs, with its ports.
 
-Demos, tests and main programs show which calls repeat.
+`EntryFinder` scores the candidates; demos, tests and main programs show which methods are called in a loop.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from pytest_hricdv.extra.draft.code.sources import DraftError, Module, Scope, So
 from pytest_hricdv.extra.draft.code_model import SCRIPT, Entry
 
 GUARDED, IMPORTED = 2.0, 10.0
-"""How likely a program is the entry, compared with functions and classes; without a guard, it cannot be imported."""
+"""Scores of a script as the entry, with its loop in `if __name__ ...` or unguarded, so that importing it runs it."""
 
 
 def find_scripts(sources: Sources) -> Iterator[tuple[Entry, float]]:
-    """The programs among the modules, each with how likely it is the entry."""
+    """The scripts among the modules, each with its score as the entry."""
     for module in sources.modules:
         free = [statement for statement in module.tree.body if not _is_guard(statement)]
         guarded = [statement for statement in module.tree.body if _is_guard(statement)]

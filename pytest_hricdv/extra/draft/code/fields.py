@@ -1,4 +1,7 @@
-"""Fields of message classes, with the values that the code makes them of or compares them with."""
+"""Reads the fields of message classes, with the values that the code sets them to or compares them with.
+
+A draft takes its ranges and variants from them. `FieldReader` is used by the readers of messages, ports and stimuli.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,8 @@ from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, name_
 from pytest_hricdv.extra.draft.code_model import CodeLine, FieldValue, MessageField
 
 KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
+"""Annotation -> kind of a field."""
+
 MAX_NUMBER = 1e100
 """Greater numbers stand for infinity."""
 

@@ -1,6 +1,6 @@
-"""Which constants and expressions reach an expression, through names, parameters and attributes, a few steps back.
+"""Data-flow analysis: which constants and expressions reach an expression, through names, parameters and attributes.
 
-It errs on the side of saying less: a value that comes from further away, or through a loop, is not known.
+All readers of the code share one `Flow`. It errs on the side of less: what is over `MAX_STEPS` away is not known.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ MAX_STEPS = 4
 """Most steps from an expression to its constant: a local name, a parameter's argument, an attribute, a return value."""
 
 Origin = tuple[ast.expr, Module, Scope | None]
-"""An expression, and where it stands."""
+"""An expression, with the module and function in which it stands."""
 
 SAME = ("strip", "lstrip", "rstrip", "decode", "encode", "lower", "upper", "casefold", "split")
-"""Methods of a text or of bytes that return it, or its words, as far as it is compared."""
+"""Methods of strings and bytes whose result is compared as the value itself, or its words."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class CallSite:
 
 @dataclass
 class Flow:
-    """Follows values through the code; all look-ups are made once."""
+    """Follows values through the code; all look-up tables are made once."""
 
     sources: Sources
     _names: dict[int, dict[str, list[ast.Name]]] = field(default_factory=dict)

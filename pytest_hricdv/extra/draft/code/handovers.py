@@ -1,4 +1,4 @@
-"""Functions that code hands to others: where it passes them, by which names, and whether they get a connection."""
+"""Finds callbacks, functions that the code passes to others: stimuli of the code, or handlers of connections."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MAX_CALLS = 2
 
 WORKERS = {"threading", "asyncio", "concurrent", "multiprocessing", "sched", "functools", "atexit", "transitions",
            "statemachine", "py_trees", "weakref", "signal", *dir(builtins)}  # fmt: skip
-"""Modules and functions that only call what they get: to run it, no matter what happens outside."""
+"""Modules and functions that run what they are passed, whatever happens outside: it is no callback."""
 
 
 class Handovers:
@@ -28,7 +28,6 @@ class Handovers:
         """The name of a function, or of an object's method, where it is passed to another object; empty if it never is.
 
         Args:
-            function: or method.
             owners: identities of the classes of the object.
         """
         name = function.node.name

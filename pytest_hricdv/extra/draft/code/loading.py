@@ -1,4 +1,4 @@
-"""Finds and parses the source files of a package, and of neighbouring modules that it imports; executes none."""
+"""First step of an analysis: `find` parses the files of a package, and neighbouring modules that it imports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_BYTES = 2_000_000
 """A longer file is not code that anybody wrote."""
 
 MAX_NESTED = 2_000
-"""Nodes of a syntax tree within each other: each takes the analyses up to ten calls of the 30,000 that they have."""
+"""Depth of a syntax tree: each level takes the analyses up to ten of the 30,000 nested calls that they have."""
 
 NOT_CODE = ("test", "tests", "conftest", "setup", "docs", "demo", "demos", "example", "examples", "__main__")
 """Modules of these names, and those that begin with `test_`, use the code under test and are not part of it."""

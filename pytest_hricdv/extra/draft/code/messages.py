@@ -1,4 +1,4 @@
-"""Messages of the code: instances of its classes that it publishes or puts into queues, and those that it takes."""
+"""Finds the messages of the code: classes whose instances it publishes, puts into queues, or takes from them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class _Uses:
 
 
 class MessageFinder:
-    """Finds the messages of the code."""
+    """Finds the classes that are messages, for `analyse_sources`."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow

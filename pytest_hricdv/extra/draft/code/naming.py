@@ -1,4 +1,4 @@
-"""What names in the code say: units, topics, names of classes."""
+"""What names in the code say (their unit), and names of topics, classes and beliefs made from them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ UNITS = {
     "ml": "ml", "hz": "Hz", "v": "V", "volts": "V", "mv": "mV", "a": "A", "ma": "mA", "w": "W", "pa": "Pa",
     "bar": "bar", "celsius": "degC", "percent": "%", "pct": "%", "rpm": "rpm",
 }  # fmt: skip
-"""Last word of a name -> unit."""
+"""Last word of a name -> unit; `RATES` are those of two words."""
 
 RATES = {
     "m_s": "m/s", "mm_s": "mm/s", "cm_s": "cm/s", "rad_s": "rad/s", "deg_s": "deg/s", "ml_s": "ml/s", "m_s2": "m/s2",

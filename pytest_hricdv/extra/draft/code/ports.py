@@ -1,4 +1,4 @@
-"""The ports of an entry: what a function or a class has to be given, and what the code does with it."""
+"""Reads the ports of an entry: the parameters of a function or class, and what the code does with each."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ from pytest_hricdv.extra.draft.code_model import MessageField, Operation, Port
 
 _QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
 _CLOCK = {"sleep", "now_s", "now", "time", "monotonic"}
+"""Methods that make a port a queue, or a clock."""
 
 _PLAIN = ("int", "float", "str", "bool", "dict", "list", "tuple", "set", "frozenset", "Mapping", "Sequence")
 """Annotations of values that are not objects."""
 
 MAX_HANDOVERS = 3
-"""Calls and attributes through which a port is followed."""
+"""Most calls and attributes through which a port is followed."""
 
 
 class PortReader:
-    """Reads the ports of functions and classes."""
+    """Reads ports for `EntryFinder`, and those of objects that the code creates."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow

@@ -1,4 +1,4 @@
-"""State machines that can be read off: of `transitions` and `python-statemachine`."""
+"""`StateMachines`: reads machines that the code declares with the libraries `transitions` and `python-statemachine`."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ class _Builder:
             self.transitions.append(Transition(source, target, location))
 
     def build(self) -> StateMachine:
-        """The states that were read."""
+        """The machine that was read."""
         states, transitions = tuple(self.states.values()), tuple(self.transitions)
         return StateMachine(self.name, self.kind, states, transitions, self.location, held_in=self.held_in)
 
 
 class StateMachines:
-    """Finds the machines of libraries."""
+    """Finds machines of both libraries; those that are plain attributes are in `attributes`."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow

@@ -1,6 +1,6 @@
-"""Stimuli without a message class: methods and callbacks of the code, and dicts and strings that it takes.
+"""Finds stimuli without a message class: methods and callbacks of the code, and dicts and strings that it takes.
 
-Each becomes a message of the draft, with the expression that makes of it what the code gets.
+Each becomes a message of the draft, with an expression that converts it to what the code gets.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from pytest_hricdv.extra.draft.code.sources import Scope, Sources, name_with_dot
 from pytest_hricdv.extra.draft.code_model import OWN_MODULE, Entry, Imports, Message, Port
 
 ENDS = ("stop", "close", "shutdown", "join", "cancel", "quit", "exit", "terminate", "disconnect")
-"""Methods that end the work of an object are the last thing that anybody calls."""
+"""Methods that end the work of an object: nothing is called after them."""
 
 
 class StimulusReader:
-    """Reads what makes code act."""
+    """Finds the stimuli of an entry, for `CodeReader`."""
 
     def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
@@ -39,12 +39,7 @@ class StimulusReader:
         self._contents = ContentReader(flow, self._fields)
 
     def methods(self, entry: Entry, called: frozenset[str] = frozenset()) -> Iterator[Message]:
-        """The public methods of the entry's object, and those that were called from outside.
-
-        Args:
-            entry: the entry of the code.
-            called: names of methods that were seen to be called from outside.
-        """
+        """The public methods of the entry's object, and those in `called`, which were seen called from outside."""
         scope = self._sources.class_named(entry.module, entry.name)
         own = methods_of(self._sources, scope) if scope is not None else {}
         run = own.get(entry.method)

@@ -1,6 +1,6 @@
-"""Infers the kind of a value from its uses: where it is a condition, a number or a string.
+"""Infers the kind of a value from how the code uses it: as a condition, a number or a string (`kind_of_use`).
 
-Also which statements do not run where a value is one of several texts.
+`ContentReader` calls it, and asks `Branches` which statements do not run if a value is a certain text.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.code.flow import Flow, last_name, texts
 from pytest_hricdv.extra.draft.code.sources import Scope
 
 NUMBER_OF = ("int", "float", "round", "abs", "min", "max")
-"""Functions that take numbers, or make them of texts."""
+"""Functions whose arguments are numbers, or texts of numbers."""
 
 
 def kind_of_use(flow: Flow, node: ast.AST) -> str:
@@ -56,7 +56,6 @@ class Branches:
     """Finds the statements that do not run for a text.
 
     Args:
-        flow: the flow of the code.
         places: expressions with the value, each with the function in which it stands.
     """
 

@@ -1,4 +1,4 @@
-"""How long the code waits, and what keeps it from running."""
+"""What it takes to run the code in virtual time: the time APIs that it uses, its time-outs, missing modules."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from pytest_hricdv.extra.draft.code.sources import Module, Sources, name_with_do
 from pytest_hricdv.extra.draft.code_model import CodeLine, Problem
 
 WAITS = {"sleep": 0, "wait": 0, "timeout": 0, "create_timer": 0, "wait_for": 1}
-"""Called -> position of how long it waits at most among its arguments."""
+"""Function that waits -> position of its time-out among the arguments."""
 
 KEYWORDS = ("timeout", "timeout_s", "delay", "timer_period_sec", "timeout_sec")
+"""Keyword arguments with a time-out."""
 
 
 def time_outs(flow: Flow) -> Iterator[tuple[float, CodeLine]]:
