@@ -1,4 +1,7 @@
-"""Observations of running code, as one JSON file."""
+"""What was observed of running code, as one JSON file: calls, values and states at its border.
+
+`hricdv record` and first runs write `Observations`, drafts read them; a `Site` is for one function or attribute.
+"""
 
 from __future__ import annotations
 
@@ -17,20 +20,19 @@ MAX_BYTES = 20_000_000
 """A longer file is not a recording of this kind."""
 
 MAX_SITES = 2_000
-"""Functions and attributes that are kept."""
+"""Most functions and attributes in each table of `Observations`."""
 
 MAX_COMPARED, MAX_NUMBER = 16, 1e100
-"""Numbers that are kept of comparisons; greater ones stand for infinity."""
+"""Most numbers that are kept of comparisons, and the bound from which on a number stands for infinity."""
 
 
 @dataclass
 class Site:
-    """One place at which something crosses the border.
+    """The calls of one function, or uses of one attribute, at the border.
 
     Args:
         count: number of crossings. location: file and line of the first one, in the code.
         arguments: the arguments, by parameter or index.
-        result: the result of the call.
         compared: numbers that the code compares the result with, at most `MAX_COMPARED`.
     """
 

@@ -12,10 +12,10 @@ from typing import Any
 from pytest_hricdv._base.input_file import check_keys
 
 MAX_TEXTS, MAX_LENGTH = 16, 60
-"""Texts that are kept of a value, and their longest length (characters): more or longer ones are not a choice."""
+"""Most texts that are kept of a value, and their length (characters): more or longer ones are no fixed set."""
 
 MAX_FIELDS, MAX_DEPTH = 40, 4
-"""Keys of a dict and fields of an object that are kept, and how deep."""
+"""Most keys of a dict or fields of an object that are kept, and how deep they are nested."""
 
 _SECRET = re.compile(
     r"pass(word|wd)?|secret|token|(api|access)[_-]?key|authorization|bearer|cookie|credential|private", re.IGNORECASE
@@ -26,7 +26,7 @@ MASK = "***"
 
 
 def is_secret(name: str) -> bool:
-    """Whether what has this name is kept secret."""
+    """Whether a value of this name is masked."""
     return _SECRET.search(name) is not None
 
 

@@ -1,4 +1,4 @@
-"""The tracer: records what crosses the border of a package while a program runs.
+"""`BorderTracer`: records calls between a package and the rest of a program, for `hricdv record`.
 
 It is installed in each process of the recorded program by `sitecustomize` (see `extra.draft.record`), and sees calls of
 Python functions through `sys.setprofile`. The arguments of functions in C are not visible there.
@@ -26,7 +26,7 @@ from pytest_hricdv.extra.draft.observe.observations import Observations, Site, w
 from pytest_hricdv.extra.draft.observe.shape import MAX_LENGTH, is_secret
 
 VARIABLE = "HRICDV_RECORD"
-"""The environment variable that tells a process what to record and where to."""
+"""The environment variable that tells a process what to record, and to which file."""
 
 CALLBACK = "callback "
 """Prefix of the name of a function that the code has passed to a port, among the observed functions."""
@@ -41,7 +41,7 @@ FLUSH_S = 2.0
 """Period at which the recording is written, as a process may be killed."""
 
 MAX_OBJECTS = 2_000
-"""Objects that are followed."""
+"""Most objects that are followed."""
 
 _RETURN = frozenset(dis.opmap[name] for name in ("RETURN_VALUE", "RETURN_CONST") if name in dis.opmap)
 _LIBRARIES = tuple({sysconfig.get_path(name) + os.sep for name in ("stdlib", "platstdlib", "purelib", "platlib")})
@@ -50,7 +50,7 @@ _PLAIN = (bool, int, float, str, bytes, type(None))
 
 @dataclass
 class BorderTracer:
-    """Records the border of a package.
+    """Records what crosses the border of a package.
 
     Args:
         folders: the folders of the package's source.

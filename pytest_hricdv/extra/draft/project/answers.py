@@ -1,4 +1,4 @@
-"""Answers that people gave in the files of a draft: they stay when it is drafted again."""
+"""Keeps what people edited in the files of a draft, to answer its questions, when it is drafted again (`merge`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Source lines that all drafted testbenches share: imports, times, model and beliefs, commands, disturbances."""
+"""Lines of `conftest.py` that drafts of any code share: imports, times, model and beliefs, commands, disturbances."""
 
 from __future__ import annotations
 
@@ -33,11 +33,7 @@ WIDTH = 88
 
 
 class ImportTable:
-    """The imports of a file.
-
-    Args:
-        taken: names that the file already uses.
-    """
+    """The import statements of a file, which already uses the names `taken`."""
 
     def __init__(self, taken: Iterable[str]) -> None:
         self._taken = {*taken, *dir(builtins)}

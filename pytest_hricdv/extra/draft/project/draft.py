@@ -1,4 +1,4 @@
-"""The draft: the names, values and times of all its files, computed once from the model of the code."""
+"""`Draft`: the names, values and times from which all files of a project are written, from the model of the code."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MANNERS = ("in_time", "too_early", "too_late", "twice")
 """The manners of a person's acts; *never* is a belief without a command."""
 
 ENDS = ("limit", "idle", "early", "cycle")
-"""The ends of a run, from `VirtualTime.allowed_endings`."""
+"""The ends of a run that a testbench can allow (`VirtualTime.allowed_endings`)."""
 
 LATE_S, LATE_FOR_NODES_S = 30.0, 10.0
 """Least wait of a person who is too late; the timers of ROS 2 nodes make each simulated second expensive."""
@@ -37,14 +37,13 @@ LATE_S, LATE_FOR_NODES_S = 30.0, 10.0
 MAX_LATE_S = 300.0
 """Longer time-outs are not waited for: a run would take long."""
 
-
 MAX_LEVELS = 6
-"""Values that a person sets of a sensor."""
+"""Most values to which a person sets a sensor."""
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A truth, number or string that a device returns, as its class declares or the code uses it."""
+    """A bool, number or string that a device returns, as its class declares or the code uses it; a person sets it."""
 
     port: str
     operation: Operation

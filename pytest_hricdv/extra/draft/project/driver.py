@@ -1,4 +1,4 @@
-"""The `Driver` of a draft: the robot, its stand-ins, what people say, and messages for which the code has no class."""
+"""Writes the `Driver` of a drafted `conftest.py`, with stand-ins and what people say, and `drafted_messages.py`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The files of a draft, and how they are written.
+"""Writes the files of a draft (`write`), which other modules make, and makes `QUESTIONS.md`.
 
-`QUESTIONS.md` asks what the code does not say: at most ten questions, the first ones with most coverage behind them;
+This asks what the code does not say: at most ten questions, first those that keep most lines of code from running;
 then it lists what was in the way.
 """
 
@@ -37,16 +37,11 @@ MAX_SUBJECTS = 12
 """Requirements that are listed in a question; `requirements.toml` has all."""
 
 WHOLE = ("entry", "messages", "run", "inner")
-"""Subjects on which all of the code hangs."""
+"""Subjects of questions that keep all of the code from running."""
 
 
 def questions_file(draft: Draft, conftest: str) -> str:
-    """The content of `QUESTIONS.md`.
-
-    Args:
-        draft: the draft.
-        conftest: the text of its testbench, in which the lines to edit are looked up.
-    """
+    """The content of `QUESTIONS.md`; `conftest` is the text in which the lines to edit are looked up."""
     ranked = sorted(dict.fromkeys(_questions(draft)), key=lambda question: -_weight(draft, question))
     options = f"--from {draft.code.package}" if draft.ros is None else f'--ros2 "{draft.ros.asked}"'
     lines = [HEAD.format(options=options), *([f"**Hollow**: {draft.hollow}.\n"] if draft.hollow else [])]

@@ -75,11 +75,9 @@ MAX_BOUNDARIES = 4
 
 
 def number_levels(part: MessageField, *, boundaries: bool = False) -> list[tuple[str, str, str, CodeLine]]:
-    """The ranges of a number between those that the code compares it with; the usual one first.
+    """The ranges of a field between the numbers that the code compares it with; the usual one first.
 
-    Args:
-        part: the number field.
-        boundaries: whether each of those numbers is a level, too, for code that tests for equality.
+    If `boundaries`, each of these numbers is a range, too, for code that tests for equality.
     """
     if part.observed:
         low, high = part.observed

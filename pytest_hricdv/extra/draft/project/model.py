@@ -1,4 +1,4 @@
-"""The model of a draft: a person with plans for each message that the robot receives, a robot with one per state."""
+"""Writes the agents of a draft (`models/`): a person with plans for each message, a robot with one for each state."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pytest_hricdv.extra.draft.project.inputs import Input
 NEVER = "never"
 
 UNTIL_QUIET = "wait_quiet"
-"""The command of who waits until the robot publishes nothing more."""
+"""The command to wait until the robot publishes nothing more."""
 
 STAY = "stay long"
 """The command of a person who is only present, with a robot whose inputs are unknown."""
 
 LEAVES = ("leaves_when_quiet", "leaves_at_once")
-"""Whether a person waits at the end until the robot has been quiet for a while: after accepting an order, it has not
-carried it out yet."""
+"""Beliefs on how a visit ends: with a wait until the robot has been quiet for a while, as it may accept an order and
+carry it out later, or without."""
 
 ORDERS = ("each_once", "all_in_order", "all_quickly")
-"""The order in which a person speaks in a round: each message once, or all in a row, with or without waiting."""
+"""Beliefs on the order of messages in a round: each once, or all in a row, with or without waiting."""
 
 MAX_IN_ORDER = 12
-"""A round of more would take too long."""
+"""Most messages in a row; a round of more would take too long."""
 
 
 def mas2j(draft: Draft) -> str:
@@ -42,7 +42,7 @@ def meta(draft: Draft) -> str:
 
 
 def start_beliefs(draft: Draft) -> tuple[str, ...]:
-    """The beliefs that begin a run; who only is there does so once: more of it shows nothing more."""
+    """The beliefs with the number of rounds: a second one shows nothing more if the person is only present."""
     return ("one_round",) if draft.is_alone else ("one_round", "two_rounds")
 
 

@@ -1,4 +1,4 @@
-"""The `NodeDriver` of a draft: topics, services, actions and parameters of a node of ROS 2, each with its place."""
+"""Writes the `NodeDriver` of a drafted `conftest.py`: topics, services, actions and parameters of a ROS 2 node."""
 
 from __future__ import annotations
 

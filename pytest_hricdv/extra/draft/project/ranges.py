@@ -1,4 +1,4 @@
-"""Ranges of a drafted testbench: of numbers, each with where it comes from, and of times."""
+"""Ranges of a draft's numbers, with notes on their sources, and its times: of a person's waits, and of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first requirements of a draft, such as that each message is answered.
+"""Writes the `requirements.toml` of a draft, with requirements such as that each message is answered.
 
 Those that fail in the first runs become comments with questions.
 """
@@ -21,7 +21,7 @@ ANSWER_S = 60.0
 """Time limit (s) for the robot's answer: a person who waits for longer has left."""
 
 ENDS_VISIT = "ends"
-"""Subject of the requirement that remains where there is no other."""
+"""Subject of the requirement that a visit ends, which a draft has if there is no other."""
 
 HEAD = """\
 # always(a -> b) is checked whenever a holds; if it never holds in a test, the verdict is NC, not checked.
@@ -32,7 +32,7 @@ HEAD = """\
 
 @dataclass(frozen=True)
 class DraftedRequirement:
-    """A requirement. First runs that violate it drop it by its subject, as `answer order`, and ask its question."""
+    """A requirement; if first runs violate it, `Draft.dropped` has its subject, and its question is asked."""
 
     subject: str
     title: str

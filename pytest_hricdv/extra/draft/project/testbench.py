@@ -1,4 +1,4 @@
-"""The testbench of a draft: a driver with stand-ins, and what people say."""
+"""Writes the `conftest.py` of a draft: its testbench, with the driver that runs the robot among stand-ins."""
 
 from __future__ import annotations
 
@@ -30,12 +30,13 @@ STAND_INS = ("Array", "Neutral", "BusPort", "CallbackCall", "ClockPort", "Connec
              "Replace", "Say", "Script", "member", "replace_modules", "unknown")  # fmt: skip
 STANDARD = ("Path", "json", "import_module")
 TAKEN = ("HERE", "TIMES", "STATES", "LIMIT_S", "ANSWER_S", "STAYS_S", "says", "driver", "config", "name")
+"""Names that `conftest.py` uses, with those above: equal names of the code are imported under others."""
 
 _CROSS = '        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},'
 
 
 def conftest(draft: Draft) -> str:
-    """The module `conftest`."""
+    """The text of `conftest.py`."""
     table = ImportTable((*TESTBENCH, *STAND_INS, *STANDARD, *TAKEN))
     driver = node_driver_lines(draft, draft.ros) if draft.ros is not None else driver_lines(draft, table)
     function = [*say_lines(draft, table), *driver, *_testbench(draft)]
