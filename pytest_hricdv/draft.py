@@ -1,4 +1,4 @@
-"""What testbenches that `hricdv init --from` has drafted import: test doubles around the code under test."""
+"""What testbenches drafted by `hricdv init --from` import: drivers, and stand-ins around the code under test."""
 
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort

@@ -1,4 +1,4 @@
-"""The fields of messages, requests and goals of ROS 2, as their interface files declare them; nothing is imported."""
+"""Reads the fields of ROS 2 messages, requests and goals from their interface files, for drafts; imports nothing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code_model import CodeLine, MessageField
 
 MAX_NUMBERS = 6
-"""Numbers of a message that are drawn, as many as a pose has; the others have their defaults."""
+"""Most numbers of a message that are drawn, as many as a pose has; the others have their defaults."""
 
 _MAX_DEPTH = 3
 _STAMPS = ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
@@ -41,7 +41,7 @@ def _install_prefixes(package: str) -> Sequence[Path]:
 
 
 def is_installed(package: str) -> bool:
-    """Whether a package can be imported; it is not. A folder of interface files, on the path, is not a package."""
+    """Whether a package can be imported, found without doing so; a folder of interface files on the path cannot."""
     spec = PathFinder.find_spec(package)
     return spec is not None and spec.origin is not None
 

@@ -1,7 +1,7 @@
-"""The nodes of ROS 2 in code that uses `rclpy`: their topics, services, actions, parameters and timers.
+"""Finds the ROS 2 nodes in code that uses `rclpy`, with their topics, services, actions and parameters (`ros_nodes`).
 
-As `rclpy` has them: what `create_publisher` and the others are called with, and the names as ROS expands them.
-Nothing is imported, neither the code nor `rclpy`.
+It reads the arguments of `create_publisher` and the like, expands names as ROS does, and imports neither the code nor
+`rclpy`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _PARAMETERS: dict[str, tuple[EndpointKind, int, str, str]] = {
     "ActionServer": ("action server", 1, "action_type", "action_name"),
     "ActionClient": ("action client", 1, "action_type", "action_name"),
 }
-"""Called -> its kind, the index of the type among the arguments, the names of type and name (`rclpy` 9.1)."""
+"""Function -> kind of endpoint, index of the type, parameter names of type and name (as of `rclpy` 9.1)."""
 
 FOLDERS = ("msg", "srv", "action")
 NODES = ("rclpy.node.Node", "rclpy.lifecycle.Node", "rclpy.lifecycle.LifecycleNode", "rclpy.create_node", "rclpy.Node")

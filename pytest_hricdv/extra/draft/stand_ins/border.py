@@ -1,6 +1,6 @@
-"""The border of the code in one run: all data in and out through the stand-ins.
+"""`RunBorder`: what passes between the code and its stand-ins in one run, recorded and told to the test's bus.
 
-A call of a port has a topic, and the names and values in its arguments.
+A call of a stand-in becomes a message, from its content (`ToldContent`): a topic, names and values in its arguments.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pytest_hricdv.runtime import text_of
 
 @dataclass
 class ToldContent:
-    """The content of a call.
+    """The arguments of a call, as the fields of a message.
 
     Args:
         topic: the text before a dict, JSON or tuple; empty if there is none.
@@ -185,14 +185,9 @@ class RunBorder:
     def note_call(
         self, port: str, name: str, arguments: tuple[Any, ...], named: Mapping[str, Any], place: str = ""
     ) -> None:
-        """Note that the code has called something outside; functions among the arguments are its callbacks.
+        """Note that the code has called a method of a port; functions among the arguments are its callbacks.
 
-        Args:
-            port: the port that is called.
-            name: the name of the method.
-            arguments: the positional arguments.
-            named: the keyword arguments.
-            place: where the code calls it; empty unless it is of a module that is not installed.
+        `place` is where the code calls it; empty unless it is of a module that is not installed.
         """
         self.pass_time()
         self.on_crossing()

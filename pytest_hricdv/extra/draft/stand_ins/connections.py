@@ -1,4 +1,4 @@
-"""Stand-ins of connections: sockets, and the streams of asyncio. A person is at the other end."""
+"""Stand-ins for sockets, asyncio streams and servers of libraries, with a person at the other end."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PERSON = ("person", 1)
 
 @dataclass(frozen=True)
 class ConnectionPort:
-    """A function that makes connections.
+    """A port of a drafted testbench that makes connections.
 
     Args:
         streams: "start_server" or "open_connection" of asyncio, or the name of a function of a library that gives texts

@@ -1,4 +1,4 @@
-"""The driver: makes the object of the code with its stand-ins, runs it, and lets a person act on it."""
+"""`Driver` of drafted testbenches: makes the robot with its stand-ins, runs it, and lets a person act on it."""
 
 from __future__ import annotations
 

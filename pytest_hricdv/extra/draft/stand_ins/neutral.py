@@ -1,4 +1,4 @@
-"""Stand-ins for values of unknown types."""
+"""`Neutral` and `Lenient`: stand-ins for values and methods of which nothing is known; others derive from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The driver of a node of ROS 2: starts it, answers what it asks, and lets a person talk to it."""
+"""`NodeDriver` of drafted testbenches: starts a ROS 2 node, answers its requests, and lets a person talk to it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pytest_hricdv.testbench import Outcome, Ros2, RosNode, Run
 __tracebackhide__ = True  # a failing test shows the frames of the code; pytest's --full-trace shows these, too
 
 FAR = 10.0
-"""What arrays have before a person says any: for distances, nobody is near."""
+"""Signal of an array before a person has sent it; if it has distances, nobody is near."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class NodeDriver:
         publishers: what the node publishes: topic -> type.
         subscriptions: topics that a person publishes.
         services: services that a person calls. actions: actions that a person starts.
-        clients: services, and action_clients: actions, that others answer with an empty response, and succeed with.
+        clients: services that others answer with an empty response. action_clients: actions in which others succeed.
         parameters: the node's parameters.
         says: command -> what a person says by it.
         person: name of the person.

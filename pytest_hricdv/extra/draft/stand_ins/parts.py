@@ -1,9 +1,9 @@
-"""Stand-ins for what the code uses: devices, other programs, and all of modules that are not installed.
+"""Stand-ins for what the code uses: devices, other programs, and everything in modules that are not installed.
 
-All that the code does with them crosses its border: they record what it calls, passes, tests and compares, and return
-what a person sets. A *path* names each, as `Motor.sensor(2).distance()`: the port, class or module, what the code reads
-of it, and what it calls; in modules that are not installed with the only argument if that is a whole number or a name.
-Outside of a run they are neutral.
+They record what the code calls, passes, tests and compares, and return what a person sets; outside of a run they are
+neutral. A draft declares a `Device`, or `unknown` for an argument; each part of it is an `OutsidePart` with a *path*,
+such as `Motor.sensor(2).distance()`: the port, class or module, the attributes read and the methods called. In modules
+that are not installed, a call has its only argument in the path if this is an integer or a name.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pytest_hricdv.extra.draft.stand_ins.neutral import REST_OF_RUN_S, Neutral
 from pytest_hricdv.runtime.source_location import place_of
 
 MAX_NAME = 30
-"""Characters of a text that is a name of something; longer ones are content."""
+"""Most characters of a text that is a name of something; longer ones are content."""
 
 _borders: list[RunBorder] = []
 """The border of the run under way; modules are imported once for all of them."""
@@ -44,7 +44,7 @@ def cross_border(border: RunBorder) -> Iterator[None]:
 class OutsidePart(Neutral):
     """An attribute, a method, or the result of a call, of something outside; or a number set for it.
 
-    It notes what the code takes it for: a truth that it tests, or a text or number that it compares. As a decorator, it
+    It notes how the code uses it: as a condition, or in a comparison with a text or number. As a decorator, it
     keeps the function as a callback.
     """
 

@@ -1,7 +1,7 @@
 """What a drafted testbench gives a port in each run: a clock, a parameter of the run, a new object, or a replacement.
 
-Where a program is the robot, its module is executed again in each run. Modules that are not installed, as the libraries
-of a robot's hardware on a developer's machine, have stand-ins.
+If the robot is a program, its module is executed again in each run (`Script`). Modules that are not installed, such as
+libraries of the robot's hardware, get stand-ins (`replace_modules`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a person does in one run: the actions of the test in order, and how their messages reach the robot."""
+"""`Visit`: a person who does the actions of a test in one run; `Say` and others: how messages reach the robot."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import text_of
 
 TIMES = ("after_s", "again_s")
-"""Parameters of each command: how long a person waits before it, and before the same again."""
+"""Parameters of each command: how long a person waits before it, and before repeating it."""
 
 
 @dataclass(frozen=True)
 class Array:
-    """A number of the test, as each element of an array.
+    """An array whose elements all have one number, drawn for the test.
 
     Args:
         number: its range.
