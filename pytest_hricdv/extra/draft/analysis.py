@@ -1,4 +1,4 @@
-"""The analysis of a package: what its source declares, read without importing it, and what it leaves open."""
+"""`analyse`: the model of a package, read from its source without importing it, and questions on what is left open."""
 
 from __future__ import annotations
 

@@ -20,7 +20,6 @@ Imports = tuple[tuple[str, str], ...]
 OWN_MODULE = "drafted_messages"
 """The module of a draft for messages without a class in the code."""
 
-
 SCRIPT = "__main__"
 """The name of an entry that is a program (`pytest_hricdv.draft.Script`)."""
 

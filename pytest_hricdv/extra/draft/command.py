@@ -42,7 +42,7 @@ class DraftOptions:
         robot: name of the project; empty for that of the code.
         person: name of the person's agent.
         runs: whether first runs are made.
-        recordings: the recordings of the real system, whose ranges it has.
+        recordings: files of `hricdv record`, and bags, from which it takes values.
         budget_s: processor time of the first runs.
     """
 
@@ -59,8 +59,7 @@ class FirstDraft:
     """A draft before its first runs.
 
     Args:
-        draft: the draft from code and recordings.
-        lines: for the terminal: what was read.
+        lines: what was read, for the terminal.
         reread: reads the code again with what first runs show; None where nothing more can be known of it.
         is_runnable: whether first runs can be made.
     """

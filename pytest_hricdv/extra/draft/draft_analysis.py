@@ -1,4 +1,4 @@
-"""The analysis of code for a draft: its declarations, how programs use it, and what was observed of it."""
+"""`CodeReader`: the model of the code for a draft, from its source, programs that use it, and observations."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ from pytest_hricdv.extra.draft.stand_ins.connections import READS
 T = TypeVar("T")
 
 DEPTH, BYTES = 30_000, 512 * 1024 * 1024
-"""Calls in each other, and the stack that they may take; memory is only taken where it is used."""
+"""Most nested calls, and the stack (bytes) that they may take; memory is only taken where it is used."""
 
 PERIOD_S, MAX_PERIOD_S = 0.1, 10.0
 """Period of a control loop without a declared one, and the longest that counts as one."""

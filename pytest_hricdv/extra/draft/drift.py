@@ -1,4 +1,4 @@
-"""Finds what the code has and its testbench lacks: messages, values, states, transitions."""
+"""Finds drift, for `hricdv update`: messages, values and transitions that only the code or the testbench has."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Drift:
     """Something that the code has and the testbench lacks, or the other way round.
 
     Args:
-        kind: message: it is not on the bus of the testbench; value: of a text or state, not declared; transition: not
-            declared; gone: declared, and no longer in the code.
+        kind: "message": not on the bus of the testbench; "value" (a text or state) or "transition": not declared;
+            "gone": declared, and no longer in the code.
         name: as the code calls it.
         location: its location in the code, such as `barista.py:12`; empty if it is gone.
         text: a sentence for people.

@@ -12,7 +12,7 @@ KINDS = ("message", "value", "transition", "gone")
 
 
 class DriftFeature(Feature[Mapping[str, str]]):
-    """Its settings are the drift that may be there: its key -> the reason."""
+    """The feature of drafts; its settings are the drift that may be there: `Drift.key` -> the reason."""
 
     name = "draft"
     group = "verdict"
@@ -42,4 +42,4 @@ class DriftFeature(Feature[Mapping[str, str]]):
 
 
 FEATURE = DriftFeature()
-"""Which differences between code and testbench may be there."""
+"""The feature whose settings `hricdv update` reads."""

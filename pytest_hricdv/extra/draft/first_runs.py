@@ -1,4 +1,4 @@
-"""The first runs of a draft, in their own process and folder."""
+"""`run`: runs tests of a draft in their own process and folder; `FirstRuns` is what their report says."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pytest_hricdv.extra.draft.project.files import write
 from pytest_hricdv.extra.draft.stand_ins.border import OBSERVE
 
 HOLLOW = "nothing that people"
-"""The beginning of the problem of a session in which nothing reached the code."""
+"""How the report's problem begins if nothing in a session reached the code."""
 
 TOO_LONG = "no test came to its end in time"
 """The error of runs that took too long."""
@@ -40,7 +40,7 @@ _HEARD = re.compile(r"node robot hears (\w+) raised")
 """The message at which the code raised."""
 
 _ALLOW = re.compile(r'allowed_endings=\("(\w+)",\)')
-"""The ending that the testbench would have to allow, in the message of a failure."""
+"""The end of a run that the testbench would have to allow, in the message of a failure."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""Messages for what the code calls at its ports: one for each method, or for each topic that was observed.
+"""Makes messages of the calls at the code's ports, one for each method or observed topic, for use in requirements.
 
-Ports for modules that are not installed come from what first runs observed at their stand-ins.
+It also makes the ports of modules that are not installed, from what first runs observed at their stand-ins.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from pytest_hricdv.extra.draft.stand_ins.connections import SENDS
 from pytest_hricdv.extra.draft.stand_ins.parts import without_arguments
 
 LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
-"""Methods of a logger, which nobody receives."""
+"""Methods of loggers, of which no messages are made."""
 
 CHANNELS = ("queue", "publish", "bus")
 """Roles of ports that only hand messages on."""
 
 MAX_TOLD = 12
-"""Messages for the calls of a port."""
+"""Most messages for the calls at a port."""
 
 
 def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow) -> Iterator[Message]:
@@ -44,9 +44,7 @@ def messages_for_calls(port: Port, entry: Entry, seen: Observations, flow: Flow)
 
     Args:
         port: a device, or a channel for messages that have no class.
-        entry: the entry of the code.
         seen: what was observed.
-        flow: the flow of the code.
     """
     methods = {
         operation.name: operation.location

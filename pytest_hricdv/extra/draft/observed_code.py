@@ -1,4 +1,4 @@
-"""Adds a recording of the border to the model of the code: its entry, values, answers of devices, and states."""
+"""Adds `Observations` of first runs or recordings to a model of code: entry, values, results of devices, states."""
 
 from __future__ import annotations
 
@@ -28,13 +28,12 @@ from pytest_hricdv.extra.draft.observed_calls import kind_of_shape, texts_of_sha
 MIN_REPEATS = 10
 """Calls of a method, all alike, that make it a control loop."""
 
-
 MAX_STATES = 12
-"""Texts of an attribute that are states."""
+"""Most texts of an attribute that are taken for states."""
 
 
 def best_entry(seen: Observations, sources: Sources) -> str:
-    """The class of the code that was made from outside, and has most to do with it; empty if none was."""
+    """The class of the code that is made from outside, and has most calls from and to outside; empty if none is."""
     own = {scope.module.name + ":" + scope.node.name: scope.node.name for scope in sources.classes}
     scores: dict[str, int] = {}
     for key in seen.made:

@@ -1,4 +1,4 @@
-"""Adds bags to the model of a draft: observed values, and differences between code and bags."""
+"""Adds bags of the real system (`--recording`) to the model of the code: values, and differences from the code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.ros.interfaces import interface_file
 from pytest_hricdv.recordings.recording import Recording, read_recordings
 
 MIN_OBSERVATIONS = 10
-"""Observations that make a range; with fewer, it is a question. The next value lies outside the extremes of n
+"""Least observations for a range; with fewer, it is a question. The next value lies outside the extremes of n
 observations with a chance of 2 / (n + 1), whatever their distribution: 18 % with 10."""
 
 

@@ -1,4 +1,4 @@
-"""A draft while first runs settle it: how it runs, and which parts are removed when it fails."""
+"""`Settlement`: a draft between its first runs, with steps to run it and remove what failed; `settling` calls them."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ KEPT = frozenset(("transitions", "statemachine", "py_trees", "pydantic", "attrs"
 """Libraries without stand-ins: declarations of the code are read from their objects."""
 
 MAX_ENTRIES = 3
-"""Entries that are tried, where nothing that people do reaches the likeliest one."""
+"""Most entries that are tried, if nothing that people do reaches the likeliest one."""
 
 MAX_LOOKS = 6
-"""Drafts that are made of what the runs of the one before have shown."""
+"""Most drafts in a row that are made from what runs of the one before have shown."""
 
 MAX_LISTED = 6
-"""Things in a question."""
+"""Most items that a question lists."""
 
 MIN_RUN_S = 10.0
 """Processor time that a run may always take: pytest itself and the imports of the code are part of it."""
@@ -50,7 +50,7 @@ Reread = Callable[[Observations | None, frozenset[str]], CodeModel]
 
 @dataclass
 class Settlement:
-    """A draft while it is settled.
+    """A draft between its first runs, and what they have shown.
 
     Args:
         draft: as it is now.

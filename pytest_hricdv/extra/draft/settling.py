@@ -1,6 +1,6 @@
 """Settles a draft by first runs: parts that fail are removed and become questions, until all tests pass.
 
-Everything has a budget of processor time. What it does not suffice for is smaller: fewer tests, fewer things to say.
+`settle` has a budget of processor time; where this does not suffice, there are fewer tests and fewer things to say.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pytest_hricdv.extra.draft.settlement import (
 )
 
 MAX_TRIALS = 25
-"""Runs of a few tests in all, however little each takes."""
+"""Most runs of a few tests, however little time each takes."""
 
 OVERRUN_S = 20.0
 """Processor time beyond the budget, the least of two runs, after which everything that may fail is removed at once."""
@@ -39,10 +39,9 @@ SHARE = 0.25
 def settle(
     draft: Draft, reread: Reread | None = None, budget_s: float = BUDGET_S, progress: Callable[[str], None] = print
 ) -> tuple[Draft, tuple[FirstRuns, ...]]:
-    """The draft after its first runs: it passes, with less where it did not.
+    """The draft after its first runs, without the parts that failed, so that it passes.
 
     Args:
-        draft: the draft to settle.
         reread: reads the code again with what was observed.
         budget_s: processor time of all runs.
         progress: called with a sentence for each step.

@@ -1,6 +1,6 @@
-"""`hricdv update`: what the code has that the testbench lacks.
+"""`hricdv update`: prints what the code has and the testbench lacks, or the other way round (drift).
 
-It compares in a process that configures pytest, so that the testbench is that of a session.
+A child process compares them: it configures pytest, and so builds the testbench as a session does.
 """
 
 from __future__ import annotations
@@ -19,14 +19,11 @@ from pytest_hricdv.session.child_process import NO_REWRITE_WARNING, run_configur
 from pytest_hricdv.session.run_context import RunContext
 
 SUITE = "pseudorandom"
-"""Nothing is generated, but a session needs a suite, and this one has no needs."""
+"""A session needs a suite, although no test is generated; this one needs nothing else."""
 
 
 def update(folder: Path) -> int:
     """Compare code and testbench of a project, in a process of its own.
-
-    Args:
-        folder: the project's folder.
 
     Returns:
         0: no drift; 1: drift; 2 and above: the testbench could not be built, which the process has said.
