@@ -1,4 +1,4 @@
-"""What it takes to run the code in virtual time: the time APIs that it uses, its time-outs, missing modules."""
+"""Finds how long the code waits at most (`time_outs`), and what keeps it from running unchanged (`problems`)."""
 
 from __future__ import annotations
 
