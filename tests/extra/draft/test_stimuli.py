@@ -220,6 +220,13 @@ def test_a_draft_has_what_a_recording_has_seen(recording: Path, tmp_path: Path) 
         ("{}", "expected version 2 of a recording of `hricdv record`"),
         ('{"format": "hricdv-recording", "version": 2}', "the file lacks 'states'"),
         ('{"format": ', "Expecting value"),
+        (
+            '{"format": "hricdv-recording", "version": 2, "states": {}, "made": {}, "calls": {}, "methods": {"p:f": '
+            '{"count": 1, "location": "", "result": {}, "arguments": {"x": {"count": 1, "kinds": {}, "high": 1'
+            + "0" * 400
+            + "}}}}}",
+            "expected numbers of a recording of `hricdv record`: int too large",
+        ),
     ],
 )
 def test_a_file_that_is_no_recording_is_one_sentence(
@@ -272,6 +279,15 @@ def test_a_recording_says_that_the_program_failed_or_was_stopped(
     assert main([*command, f"import vault; vault.name(); {program}"]) == status
     assert said in capsys.readouterr().out
     assert "vault:name" in read_observations(tmp_path / "hricdv-recording.json").methods
+
+
+def test_a_forked_process_records_its_own_calls_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "vault.py").write_text("def store(number):\n    pass\n")
+    monkeypatch.chdir(tmp_path)
+    program = "import os, vault; vault.store(10**400); os.fork() and os.wait(); vault.store(1)"
+    assert main(["record", "--package", "vault", "--", "python", "-c", program]) == 0
+    (store,) = read_observations(tmp_path / "hricdv-recording.json").methods.values()
+    assert (store.count, store.arguments["number"].high) == (3, 1.0)
 
 
 def test_a_list_of_a_stand_in_has_all_that_has_come_since() -> None:

@@ -166,6 +166,8 @@ def read_observations(path: Path) -> Observations:
             setattr(made, name, {str(key): _site_from_json(site) for key, site in plain[name].items()})
     except (KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(f"expected a recording of `hricdv record`; the file lacks {error}") from None
+    except OverflowError as error:
+        raise ValueError(f"expected numbers of a recording of `hricdv record`: {error}") from None
     return made
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -94,7 +95,7 @@ class Shape:
 
     def _number(self, value: float) -> None:
         self._note("int" if isinstance(value, int) else "float")
-        if value == value and abs(value) != float("inf"):
+        if abs(value) <= sys.float_info.max:  # not of NaN, nor of an integer that no float can have
             self.low = value if self.low is None else min(self.low, value)
             self.high = value if self.high is None else max(self.high, value)
 

@@ -74,6 +74,8 @@ class BorderTracer:
     def start(self) -> None:
         """Begin; the recording is written when the process ends, and from time to time before."""
         atexit.register(self.flush)
+        if hasattr(os, "register_at_fork"):  # what the parent has seen is in its own file
+            os.register_at_fork(after_in_child=lambda: setattr(self, "seen", Observations()))
         threading.setprofile(self.profile)
         sys.setprofile(self.profile)
 
