@@ -145,7 +145,6 @@ class PointIndex:
 
     Args:
         statements: how many statements the code has.
-        branches: how many branches.
         illegal: bins that do not have to be covered, by cross product.
     """
 

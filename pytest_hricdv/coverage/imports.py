@@ -34,7 +34,6 @@ class ImportWatch(MetaPathFinder):
 
     Args:
         is_of_interest: whether a module that is loaded from this file is followed.
-        measuring: see `Measuring`.
     """
 
     def __init__(self, is_of_interest: Callable[[Path], bool], measuring: Measuring) -> None:

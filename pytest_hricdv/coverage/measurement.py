@@ -232,7 +232,6 @@ def choose(
     """The measurement that fits the process as it is now: our own, the user's, or none (with the reason).
 
     Args:
-        code: what is measured.
         contexts_by_test: see `JoinedMeasurement`.
         before: functions without arguments, as "package.module:name", that a process calls before it imports the code.
         imports: follow the imports of this process already; None: from now on.

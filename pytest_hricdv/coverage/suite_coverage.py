@@ -30,7 +30,6 @@ class RunCoverage:
     """The coverage of one run of a test.
 
     Args:
-        id: the test's id.
         code: None if it was not measured.
         plans: agent -> labels of the plans that the test's beliefs triggered.
         beliefs: the beliefs that the test was generated from.

@@ -24,7 +24,6 @@ class FormulaMonitor(ABC):
     """Monitors one formula during one run.
 
     Attributes:
-        program: the compiled formula.
         shows: signals that only violations report.
         kinds: signals and fields whose values are needed -> type.
         active: a trigger is open, so updates of `trigger_sources` require an evaluation.

@@ -27,7 +27,6 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
     Args:
         verdicts: the verdicts on the logged run.
         requirements: the requirements of the verdicts, in the same order.
-        log: the run.
     """
     instants, results = _instants_with_several(log), []
     for verdict, requirement in zip(verdicts, requirements, strict=True):

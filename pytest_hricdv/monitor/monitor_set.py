@@ -39,7 +39,6 @@ class MonitorSet:
     result is known, so `on(reading) & reading.gaze` is safe before the first reading.
 
     Args:
-        requirements: the requirements to monitor.
         most: number of violations and triggers of each that are kept, the first ones; the others are only counted.
 
     >>> from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
@@ -127,8 +126,6 @@ class MonitorSet:
         """A message arrived.
 
         Args:
-            time_s: simulated time (s).
-            topic: the message's topic.
             fields: the message's fields; the fields that requirements read are required, others are ignored.
 
         Raises:
@@ -151,8 +148,6 @@ class MonitorSet:
         """A signal has a new value, and keeps it until its next update.
 
         Args:
-            time_s: simulated time (s).
-            name: the signal's name.
             value: its value, in the signal's unit.
 
         Raises:

@@ -1,4 +1,8 @@
-"""Internal actions such as ``.send``, and functions such as ``math.abs``; agents call them by `StandardActions`."""
+"""Internal actions such as ``.send``, and functions such as ``math.abs``, which plans call by name.
+
+Every agent executes them through `StandardActions`. When a program is loaded, `MultiAgentSystem` and lint refuse
+unknown actions with `check_calls`; `foreign_calls` lists actions that only Jason has, or that are written in Java.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on sets, maps and queues, as in Jason 3: ``.set.add``, ``.map.get``, ``.queue.head`` and others."""
+"""Internal actions on sets, maps and queues (``.set.add`` ...), which plans call; `internal_action` registers them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Functions in expressions, such as ``math.abs(X)`` and ``.length(L)``; `function_value` computes one for an agent."""
+"""Functions in expressions, such as ``math.abs(X)`` and ``.length(L)``.
+
+`function_value` computes the value of one for an agent; `StandardActions.function` calls it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on an agent's goals and intentions: ``.intend``, ``.drop_intention``, ``.suspend`` and others."""
+"""Internal actions on goals and intentions (``.suspend`` ...), which plans call; `internal_action` registers them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on what an agent knows: its beliefs (``.findall``, ``.abolish``) and its plans (``.add_plan``)."""
+"""Internal actions on beliefs and plans (``.findall`` ...), which plans call; `internal_action` registers them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal actions on lists: ``.member``, ``.nth``, ``.sort``, ``.union`` and others."""
+"""Internal actions on lists (``.member``, ``.sort`` ...), which plans call; `internal_action` registers them."""
 
 from __future__ import annotations
 

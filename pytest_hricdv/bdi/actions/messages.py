@@ -1,4 +1,4 @@
-"""Internal actions on other agents (``.send``, ``.create_agent``), and those that print (``.print``, ``.log``)."""
+"""Internal actions on other agents and output (``.send`` ...), which plans call; `internal_action` registers them."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from pytest_hricdv.bdi.language.terms import (
 )
 
 _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
+"""The forces (kinds of messages) that ask for an answer."""
 
 
 @internal_action("send", 3, 5)

@@ -38,13 +38,13 @@ WRONG = "wrong_arguments"
 INTERNAL = "internal_action"
 """The kind of failure of an action that raises an error of its own."""
 MANY = 1_000
-"""More arguments than any action is given: no upper limit."""
+"""The greatest number of arguments of an action that takes any number: more than any call has."""
 
 
 class Invocation:
     """One call of an internal action; unifying its arguments adds to `bindings` and to the `trail` for backtracking.
 
-    The intention is the one it is a statement of; None in a context, a rule or a test.
+    `intention` is the intention that executes the call as a statement; None for a call in a context, a rule or a test.
     """
 
     __slots__ = ("agent", "args", "bindings", "call", "failure", "held", "intention", "trail")

@@ -1,7 +1,6 @@
 """Internal actions on terms and strings: ``.ground``, ``.copy_term``, ``.add_annot``, ``.substring`` and others.
 
-Nothing calls these functions by name: `internal_action` registers each, and agents find them in the registry. An
-`Invocation` is one call from a plan, with its arguments.
+`internal_action` registers these functions, and `call_action` calls one with an `Invocation`: a call from a plan.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Internal actions of virtual time: ``.wait``, ``.at``, which schedules an event, and clocks such as ``.time``."""
+"""Internal actions of virtual time (``.wait``, ``.at`` ...), which plans call; `internal_action` registers them."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from pytest_hricdv.bdi.logic.inference import first
 _DELAY = re.compile(r"\s*now(?:\s*\+\s*(\d+)\s*([a-z]*))?\s*")
 _UNITS_MS = {"": 1, "ms": 1, "s": 1_000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
 _UNITS = {"second": "s", "minute": "m", "hour": "h", "day": "d"}
+"""The units of a delay such as ``now + 3 seconds``, which ``.at`` takes."""
 _AT = Structure("at")
 
 

@@ -34,10 +34,8 @@ class AgentState:
     """The beliefs and intentions of an agent, and the events that it has yet to react to.
 
     Args:
-        actions: the internal actions.
-        beliefs: what it believes at first; the base becomes its own.
-        library: its plans.
-        events: the sign and literal of what it has to react to at first.
+        beliefs: the initial beliefs; the agent changes this base.
+        events: the sign and literal of each initial event.
     """
 
     def __init__(

@@ -1,9 +1,12 @@
-"""The directory facilitator of a run (FIPA's DF): which agent offers which service, for ``.df_search`` and others."""
+"""`Directory`: which agent offers which service, for ``.df_search`` and the other actions of a directory facilitator.
+
+Each `SystemRun` has one; the internal actions in `bdi.actions.messages` read and change it. FIPA's name is DF.
+"""
 
 from __future__ import annotations
 
 DIRECTORY = "df"
-"""Its name as the sender when it tells agents of providers."""
+"""The sender of the messages that tell subscribers which agents offer a service."""
 
 
 class Directory:

@@ -1,8 +1,9 @@
-"""Plan failure: a statement that fails is reported to `fail`, which looks for a plan that handles the failure.
+"""Plan failure: `fail` looks for a plan that handles the failure of a statement.
 
-A failed goal ``+!g`` is handled by the nearest plan for ``-!g``: its own, or that of a goal below it in the
-intention. As in Jason, a failure in the body of a handling plan or of what it calls, or directly in the body
-of a plan for a belief event, is not handled: the intention is dropped with a warning, and the agent continues.
+`Agent` calls it, and so do the functions of `statements` and `messages`. A failed goal ``+!g`` is handled by the
+nearest plan for ``-!g``: its own, or that of a goal below it in the intention. As in Jason, a failure in the body of
+a handling plan or of what it calls, or directly in the body of a plan for a belief event, is not handled: the
+intention is dropped with a warning, and the agent continues.
 """
 
 from __future__ import annotations
@@ -25,10 +26,8 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
     """Handle the failure of the current statement of an intention.
 
     Args:
-        agent: the agent whose intention it is.
-        intention: the intention, taken out of whatever it was in.
+        intention: the intention, which no queue of the agent holds any more.
         error: Jason's name for the kind of failure, the value of the annotation ``error``.
-        message: what happened, in words.
         extra: annotations for the failure event.
     """
     means = intention.stack[-1]
@@ -134,9 +133,7 @@ def fail_goal(
         agent: the agent whose goal it is.
         intention: the intention, taken out of whatever it was in.
         sign: the sign of the goal's event.
-        literal: the goal.
         error: Jason's name for the kind of failure; empty if a plan for it is not told of any, as by ``.fail_goal``.
-        message: what happened, in words.
         text: the message that a plan for the failure gets, if it is a different one.
     """
     annots: tuple[Term, ...] = ()

@@ -1,7 +1,7 @@
 """What an agent's reasoning consists of: events, intentions, and what intentions wait for.
 
-An `Intention` is a stack of `IntendedMeans`: plans that are being executed. `RunServices` is what agents need of
-their run, `ActionTable` what they need of the internal actions.
+An `Intention` is a stack of `IntendedMeans`: plans that are being executed. `RunServices` is the interface of the run
+that agents use (implemented by `SystemRun`), `ActionTable` that of the internal actions (`StandardActions`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 
 TICKS_PER_MS = 10
-"""Ticks of the virtual clock: one per round, which is what Jason itself takes for a cycle, within a factor of two."""
+"""Ticks of virtual time in a millisecond. A round takes one tick, 0.1 ms: a cycle of Jason takes half to twice that."""
 _OF_FAILURES = frozenset({"error", "error_msg", "code", "code_src", "code_line"})
 """The annotations that say how a goal has failed."""
 ADDED_GOALS = frozenset({"+!", "+?"})

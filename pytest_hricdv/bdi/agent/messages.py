@@ -1,7 +1,8 @@
-"""Speech acts: `send` passes a message to another agent, `receive` processes one in its reasoning cycle.
+"""Speech acts: `send` passes a message to another agent, `receive` processes it in the receiver's reasoning cycle.
 
-``tell`` and ``achieve`` act at once; the other forces are goals ``+!kqml_received(Sender, Force, Content,
-Number)`` for which every agent has the plans of ``kqml.asl``, after its own.
+The internal action ``.send`` calls `send`, `Agent` calls `receive`. ``tell``, ``achieve`` and ``signal`` take effect at
+once; for other forces (kinds of messages) the receiver gets a goal ``+!kqml_received(Sender, Force, Content, Number)``,
+for which every agent has the plans of ``kqml.asl``, after its own.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def add_source(content: Term, sender: str) -> Term:
 
 
 def with_source(literal: Structure, sender: str) -> Structure:
-    """A literal as it is received from an agent: of ``a[source(b)]`` and c, ``a[source(c)[source(b)]]``."""
+    """A literal as it is received from an agent: ``a[source(b)]`` from c becomes ``a[source(c)[source(b)]]``."""
     sources = tuple(annot for annot in literal.annots if is_source(annot))
     if not sources:
         return literal.with_annotations((*literal.annots, source(sender)))

@@ -1,4 +1,7 @@
-"""An agent's plan library: its plans by triggering event, from which each reasoning cycle selects one."""
+"""`PlanLibrary`: an agent's plans by triggering event; `Agent` selects one for an event in each reasoning cycle.
+
+`MultiAgentSystem` makes a library for each program; ``.add_plan`` and ``.remove_plan`` give the agent a changed one.
+"""
 
 from __future__ import annotations
 
@@ -138,7 +141,6 @@ class PlanOptions(dict[Key, tuple[Option, ...]]):
     """The relevant plans for the events of a sign by predicate, prepared when there is the first such event.
 
     Args:
-        library: the plans.
         sign: the sign of the events.
     """
 

@@ -1,4 +1,7 @@
-"""Sets, maps and queues, as in Jason 3: the only mutable terms, shared by all that refer to one."""
+"""Sets, maps and queues, as in Jason 3 (`SetTerm`, `MapTerm`, `QueueTerm`): the only terms that can change.
+
+All beliefs and goals with such a term share it. Internal actions (`bdi.actions.collections`) make and change them.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ from typing import Any, ClassVar, Self
 from pytest_hricdv.bdi.language.limits import CHARACTERS, check_text, spend
 
 READING = 50
-"""Units of work to read a collection of any size: a small one takes 20 us, and sets in sets can be read for ever."""
+"""Units of work (see `limits`) that each reading costs, besides one per term: reading a small collection takes 20 us,
+and sets in sets can be read for ever."""
 
 
 class CollectionTerm:
@@ -18,7 +22,7 @@ class CollectionTerm:
     beliefs and goals. Unification and ``==`` compare the content of sets, as in Jason: see :meth:`matches`.
 
     Args:
-        order: the order of terms; of a queue, None unless it is one of priorities.
+        order: the sort key of its terms; None for a queue without priorities.
     """
 
     __slots__ = ("content", "order")

@@ -1,4 +1,7 @@
-"""Errors in a BDI model and its project, each with its place in the source."""
+"""Errors in a BDI model and its project file: `BdiError` and its subclasses, and `Location`, a place in a source.
+
+The parser raises `BdiSyntaxError`. After an `EvaluationError` an agent's goal fails; other errors end the run.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +36,7 @@ class BdiSyntaxError(BdiError):
     Args:
         message: what was expected and what was found.
         file: name of the source file as the user gave it.
-        line: line of the offending text, from 1.
-        column: column of the offending text, from 1.
+        line, column: where the offending text begins, both from 1.
         source_line: the text of that line, shown with a caret under the column.
     """
 

@@ -1,7 +1,8 @@
-"""Resource limits of a model's run, in steps and sizes, never in time: the same everywhere.
+"""Resource limits of a model's run, in steps and sizes, never in time, so that they are the same on every machine.
 
-Rules, lists and messages may grow without end within one reasoning cycle. Their loops count work, and a run that does
-too much of it ends with an error. Ordinary reasoning cycles are not counted: the limit of rounds bounds them.
+Rules, lists and messages may grow without end within one reasoning cycle. Their loops count work with `spend`, and a
+run that does too much of it ends with a `LimitError`. Ordinary reasoning cycles are not counted: the limit of rounds
+bounds them. Each `SystemRun` has a counter of its own (`count_work`).
 """
 
 from __future__ import annotations
@@ -15,16 +16,16 @@ from pytest_hricdv.bdi.language.errors import BdiError
 Item = TypeVar("Item")
 
 MAX_WORK = 10_000_000
-"""Units of work of a run (a unit takes one to four microseconds, `pytest -m slow tests/bdi/run/test_limits.py
---durations=0`, so it ends within a minute)."""
+"""Most units of work of a run (a unit takes one to four microseconds, `pytest -m slow tests/bdi/run/test_limits.py
+--durations=0`, so a run ends within a minute)."""
 WORK_PER_CYCLE = 50
-"""Additional units for each agent and round: about what a cycle itself takes."""
+"""Units of work that a run may do in addition for each agent and round: about the work of the cycle itself."""
 MAX_SIZE = 1_000_000
-"""Terms in a term, each as often as it occurs (100 MB if no two of them are the same object)."""
+"""Most terms in a term, each as often as it occurs (100 MB if no two of them are the same object)."""
 MAX_ANSWERS = 1_000_000
-"""Answers of a query that are kept at once, as by ``.findall`` (400 MB in a ``for`` loop)."""
+"""Most answers of a query that are kept at once, as by ``.findall`` (400 MB in a ``for`` loop)."""
 MAX_HELD = 1_000_000
-"""Beliefs of all agents (up to 1 kB each, 1 GB in all); the same limit holds for plans and for pending events."""
+"""Most beliefs of all agents (up to 1 kB each, 1 GB in all); the same limit holds for plans and for pending events."""
 CHARACTERS = 16
 """Characters that count as one term, or one unit of work (10 million units are 160 MB)."""
 ITEMS = 16
@@ -32,7 +33,7 @@ ITEMS = 16
 ROUNDS_BETWEEN_COUNTS = 1024
 """Rounds between two counts of beliefs and pending events (a count of a million beliefs takes 20 ms)."""
 _OUTSIDE = 1 << 62
-"""More than anything takes: what is not part of a run has no limit."""
+"""The units of work left outside of runs: more than anything takes, so there is no limit."""
 
 
 class LimitError(BdiError):

@@ -1,4 +1,4 @@
-"""Namespaces of literals, as in Jason 3: resolved once in each source (`in_spaces`), taken apart and added during runs.
+"""Namespaces of literals, as in Jason 3: `in_spaces` gives the names in a source their namespaces when it is parsed.
 
 A literal of the namespace ``ns`` is a structure with the functor ``ns::p``; one of the default namespace has no prefix.
 Literals without a prefix in the source belong to the namespace of their file or block, except for terms inside
@@ -73,7 +73,6 @@ def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
 
     Args:
         space: the namespace: a name, or a variable without a value.
-        literal: the literal.
         written: the literal as written in the source, for the error.
 
     Raises:
@@ -109,7 +108,6 @@ class _Scope:
     """The namespace of a block of a file.
 
     Args:
-        space: its name.
         names: name in the file -> local namespace, of those declared so far.
     """
 

@@ -1,5 +1,6 @@
-"""Parses AgentSpeak: `read_program` a source file, `parse_literal` and others a text.
+"""Parses AgentSpeak: `read_program` a source file, `parse_literal`, `parse_plan` and others a text.
 
+`MultiAgentSystem` and lint read programs; environments, internal actions and the coupling with robots parse texts.
 lark is imported, and the tables of the grammar are loaded, only when something is parsed for the first time:
 a test session without a BDI model does not need them.
 """
@@ -27,15 +28,15 @@ if TYPE_CHECKING:
     from pytest_hricdv.bdi.language.transformer import AgentSpeakTransformer
 
 MAX_SOURCE = 1_000_000
-"""Greatest size of a program with all that it includes, and of a project, in bytes: seventy times that of the table's
-four agents. Plans of 100 kB are parsed in 2.4 s, of 1 MB in 41 s, so a longer text takes minutes."""
+"""Greatest size (bytes) of a program with all files that it includes, and of a project file: seventy times the size of
+the table example's four agents. 100 kB of plans are parsed in 2.4 s, 1 MB in 41 s, a longer text would take minutes."""
 
 MAX_FILES = 1_000
 """Most files that a program consists of, each as often as it is included (chosen): thirty files of which each includes
 the next twice would be a billion."""
 
 MAX_INCLUDE_DEPTH = 50
-"""Most files in a chain of includes: two frames each, of the 1,000 of Python's stack."""
+"""Most files in a chain of includes: each takes two of the 1,000 frames of Python's stack."""
 
 
 def parse_program(text: str, file: str = "<text>") -> Program:
@@ -55,7 +56,6 @@ def read_program(path: Path, named_at: Location | None = None, naming_text: str 
     """Read and parse a source file.
 
     Args:
-        path: the file.
         named_at: where a project or another program names the file, for the error when it is missing.
         naming_text: the text of that project or program.
 

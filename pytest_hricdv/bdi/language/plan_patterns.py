@@ -1,6 +1,7 @@
 """Patterns of plans for declarative goals, ``{ begin dg(g) } ... { end }``: kinds of commitment to a goal g.
 
-They are those of Bordini, Hübner and Wooldridge, Programming Multi-Agent Systems in AgentSpeak using Jason (2007),
+`AgentSpeakTransformer` calls `expand_pattern` with the plans inside, and gets the changed plans as a `PlanPattern`. The
+patterns are those of Bordini, Hübner and Wooldridge, Programming Multi-Agent Systems in AgentSpeak using Jason (2007),
 chapter 8. A goal is declarative if it is achieved when the agent believes it.
 """
 
@@ -25,9 +26,9 @@ from pytest_hricdv.bdi.language.syntax import (
 from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Variable, source
 
 _AUTOMATIC = "_plan"
-"""Stands for the label of a plan that gets an automatic one."""
+"""Placeholder for the label of a plan: the parser replaces it by an automatic one."""
 _ADOPTING, _ADOPTED = "fg__", "fl__"
-"""Names of the pattern sga: goals that wait to be adopted, and the one that is pursued."""
+"""Beliefs that the pattern sga (one goal at a time) adds: of goals that wait, and of the goal that is pursued."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,8 @@
-"""Jason's project files (``.mas2j``), as `read_project` reads them: the agents of a system, and their sources."""
+"""`read_project` reads Jason's project files (``.mas2j``): the agents of a system, and the files of their programs.
+
+`MultiAgentSystem.load`, lint and test generation call it. They get a `Project` with an `AgentEntry` for each agent;
+`beliefs_and_goals` gives the beliefs and goals that the project file adds to an agent.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +63,6 @@ class Project:
     """A multi-agent system.
 
     Args:
-        name: its name.
         agents: its agents, in the order of their cycles.
         text: the text of the project file.
         warnings: what in it has no effect here, each once, with its place.

@@ -1,4 +1,7 @@
-"""The syntax tree of programs, which the parser builds and agents execute: formulas, statements, plans, rules."""
+"""The syntax tree of an agent's `Program`, which the parser builds and the agent executes: rules, plans, statements.
+
+A `Plan` has a context (a formula, such as `And`) and a body of statements, such as `AchievementGoal`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The parser's error messages: what was expected, what was found, what to write instead; and a limit on nesting."""
+"""`syntax_error` makes the parser's error messages: what was expected, what was found, and what to write instead.
+
+The parser calls it for each error of lark, and has lark refuse text that is nested too deeply (`DepthLimit`).
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,7 @@ _OPENING = frozenset({"LPAR", "LSQB", "LBRACE"})
 _CLOSING = frozenset({"RPAR", "RSQB", "RBRACE"})
 _NESTING_OPERATORS = frozenset({"MINUS", "PLUS", "STAR", "SLASH", "DIV", "MOD", "POWER", "NOT", "ELIF", "ELSE"})
 _CHAIN_ENDS = frozenset({"_DOT", "SEMICOLON", "COMMA"})
+"""Tokens after which the operators of an expression nest no more."""
 
 _BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
 _HINTS = {

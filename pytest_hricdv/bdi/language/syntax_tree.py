@@ -1,4 +1,7 @@
-"""Traversal of syntax trees (`parts_of`, `variables_of`), and copies of them with terms replaced by their values."""
+"""Traverses syntax trees (`parts_of`, `children`, `variables_of`), and copies them with terms replaced by their values.
+
+Lint and the memo traverse programs. `substitution` and internal actions copy terms with `with_values` and its variants.
+"""
 
 from __future__ import annotations
 

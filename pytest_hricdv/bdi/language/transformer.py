@@ -1,4 +1,7 @@
-"""`AgentSpeakTransformer` builds the plans, beliefs, goals and directives of a program from lark's parse tree."""
+"""`AgentSpeakTransformer` builds the plans, beliefs, goals and directives of a program from lark's parse tree.
+
+The parser (`bdi.language.parser`) applies it to each source; its base class builds terms and formulas.
+"""
 
 from __future__ import annotations
 

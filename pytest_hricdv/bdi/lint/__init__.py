@@ -1,14 +1,14 @@
-"""Static checks of BDI models: probable mistakes in models that can be loaded and run.
+"""`lint` checks BDI models: it finds probable mistakes in models that can be loaded and run, without running them.
 
-Example::
+``hricdv lint`` prints the `Mistake`s that it returns. Example::
 
     from pytest_hricdv.bdi.lint import lint
 
     for finding in lint(["models_bdi/table_assembly.mas2j"]):
         print(finding)
 
-A remark ``// lint: ignore NAME reason`` in the same line or in a comment line just above ignores a finding. Percepts
-are declared by ``// lint: percepts name, ...``.
+A remark ``// lint: ignore NAME reason`` in the same line or in a comment line just above ignores a finding. The remark
+``// lint: percepts name, ...`` declares percepts.
 """
 
 from __future__ import annotations

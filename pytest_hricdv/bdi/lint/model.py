@@ -15,6 +15,7 @@ from pytest_hricdv.bdi.language.terms import Key, Structure, Term, Variable
 
 SELF = "self"
 PERCEPT = "percept"
+"""Sources of beliefs: the agent itself, and what it perceives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class Addition:
         source: its source; None for any.
         location: where it is added, sent or declared.
         during_run: whether it is added during a run; initial beliefs are not.
-        certain_receiver: whether this agent gets it for certain: the receiver is not a variable.
+        certain_receiver: whether it is certain that this agent gets it; not if the receiver is a variable.
     """
 
     key: Key | None

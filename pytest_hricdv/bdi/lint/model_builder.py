@@ -1,4 +1,7 @@
-"""Builds the `AgentModel` of an agent's program, for lint's checks; locates names in source texts."""
+"""`build_model` makes the `AgentModel` of an agent's program, which lint checks; `location_of` finds names in sources.
+
+`lint` and the module `generate.model` call it for each agent of a project.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ from pytest_hricdv.bdi.language.terms import (
 from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, SentMessage, sources_in
 
 _HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"[^\"\\]*(?:\\.[^\"\\]*)*\"")
-
+"""Comments and strings, in which names are not searched for."""
 FORMULA_ARGUMENTS = {
     ".findall": 1,
     ".setof": 1,

@@ -1,4 +1,4 @@
-"""Lint's checks of the names of beliefs, goals and agents: names without a counterpart, and misspelled ones."""
+"""Lint's checks of names, which `lint` runs: beliefs, goals and agents without a counterpart, or misspelled."""
 
 from __future__ import annotations
 

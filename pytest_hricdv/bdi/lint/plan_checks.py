@@ -1,4 +1,4 @@
-"""Lint's checks of plans: plans that are never selected, repeat without end, or handle failures that cannot occur."""
+"""Lint's checks of plans, which `lint` runs: plans never selected, without end, or for failures that cannot occur."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lint's checks of portability: what only this implementation accepts, and what only Jason supports."""
+"""Lint's checks of portability, which `lint` runs: what Jason refuses, and what only Jason supports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lint's checks of variables: used before they have a value, or anonymous and repeated."""
+"""Lint's checks of variables, which `lint` runs: variables without a value, and repeated anonymous ones."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Plan contexts compiled for repeated evaluation: the plan library has a function for each, made by `condition_of`.
+"""Plan contexts compiled for repeated evaluation: `condition_of` makes a function of a context for the plan library.
 
 Such a function gives the answer of :func:`~pytest_hricdv.bdi.logic.inference.first` by looking up beliefs by
-predicate and arguments, or the only belief of a predicate. A part of a context that needs a choice or a rule is left to
-``first``, with what comes after it.
+predicate and arguments, or the only belief of a predicate. Where a part of a context needs a choice between beliefs or
+a rule, `ask` decides this part and the rest of the context, by ``first``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.logic.unify import Trail, compare, unify
 
 Condition = Callable[[Reasoner, Bindings], bool | None]
 """Whether a formula holds; adds to the bindings what its first solution adds, or, if it does not hold, anything.
-None, with nothing added: this needs a choice."""
+None, with nothing added, if deciding it needs a choice between beliefs or a rule."""
 
 _CONSTANTS = ("true", "false")
 

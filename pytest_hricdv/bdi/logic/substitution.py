@@ -1,4 +1,7 @@
-"""Substitution: the variables in terms and formulas, and their replacement by the values that `Bindings` give them."""
+"""`substitute` replaces the variables of a term by the values that `Bindings` give them, and evaluates its expressions.
+
+`walk` gives the value of one variable, `rename_apart` new names. Agents, queries and unification use the module.
+"""
 
 from __future__ import annotations
 

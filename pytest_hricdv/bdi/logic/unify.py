@@ -1,4 +1,7 @@
-"""Unification: matches events with plans and goals with beliefs by binding variables; and ``=``, ``<``, ``=..``."""
+"""`unify` makes two terms equal by binding variables: it matches events with plans, and goals with beliefs.
+
+Queries (`inference`), plan libraries and internal actions call it. `compare` decides ``=``, ``<`` and ``=..``.
+"""
 
 from __future__ import annotations
 

@@ -1,17 +1,17 @@
-"""The memo: reuses recorded segments of earlier runs.
+"""`Memo` runs a model many times, and reuses recorded segments of earlier runs.
 
 Purpose
-    Learning runs a model thousands of times with other sets of beliefs, and most sets make no difference to most of a
-    run. These runs differ only in the atoms ``b`` of the percepts ``f(b)`` of one agent, the steering agent, which
+    Learning runs a model thousands of times with different sets of beliefs, and most sets change only a small part of
+    a run. These runs differ only in the atoms ``b`` of the percepts ``f(b)`` of one agent, the steering agent, which
     forwards them to others: ``for (f(B)) { .send(human, tell, B) }``.
 
 How it works
-    A run is cut into segments between rounds, where a receiver of forwarded atoms has just begun with something or is
-    about to: there it is most often in a state that occurred before, and has made no query yet. A node stands for the
-    mental state of all agents at such a cut, an edge for a segment: what was printed, done and executed, and how many
+    A run is cut into segments between rounds, where a receiver of forwarded atoms has just begun to pursue a goal or
+    is about to: there it is most often in a state that occurred before, and has made no query yet. A node stands for
+    the mental state of all agents at such a cut, an edge for a segment: what was printed, done and executed, and how many
     rounds it took. Within a segment, each query of a receiver for an atom that may be forwarded is recorded with its
     answer, and the answers decide which edge a run takes. So the nodes are a decision diagram over the set of atoms.
-    A run follows it from the root for its number of atoms. Where an edge is missing, the agents are put into the state
+    A run follows the diagram from the root for its number of atoms. Where an edge is missing, the agents are put into the state
     of that node, and the model is executed up to the next node only: so each segment is executed once.
 
 Why it is equal

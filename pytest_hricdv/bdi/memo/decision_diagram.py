@@ -1,6 +1,6 @@
 """The memo's decision diagram: the `Segment`s of runs between `StateNode`s, and the `AtomDecision`s that select one.
 
-`Memo` follows it in a run and adds what is missing; `ExhaustiveExploration` finds all runs through it.
+`Memo` follows the diagram in a run and adds missing segments; `ExhaustiveExploration` finds all runs through it.
 """
 
 from __future__ import annotations
@@ -39,11 +39,8 @@ class Segment:
     """The events from one node to the next.
 
     Args:
-        rounds: the rounds it takes.
-        ticks: number of ticks of the virtual clock.
-        prints: what is printed.
-        actions: the external actions.
-        warnings: the warnings.
+        rounds, ticks: how many rounds, and ticks of the virtual clock, it takes.
+        prints, actions, warnings: the texts printed, the external actions, and the warnings.
         plans: the agents that execute plans, and the labels of those.
         ended: how the run ends with it, or empty.
         endless: the plans that had not ended then.
@@ -69,7 +66,6 @@ def follow(node: StateNode, atoms: Container[str], segments: list[Segment], most
     """Follow the diagram from a node as far as it is known.
 
     Args:
-        node: the node.
         atoms: those that are forwarded.
         segments: those of the run so far; the ones that follow are added.
         most: how many there may be in the end.
@@ -94,10 +90,8 @@ def add(node: StateNode, answers: dict[str, bool], segment: Segment) -> None:
     """Add a segment that leaves a node.
 
     Args:
-        node: the node.
         answers: the atoms queried in the segment, in order, and whether they are among those forwarded. The next
             query is a function of the node and the answers so far: up to there, the decisions are the same.
-        segment: the segment.
     """
     place: StateNode | AtomDecision = node
     branch = "edge"

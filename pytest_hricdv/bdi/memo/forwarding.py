@@ -1,6 +1,7 @@
 """The memo's analysis of steering agents, which only forward percepts, and its record of what a run depends on.
 
-`find_forwarding` recognizes such an agent; `Dependencies` notes which forwarded beliefs the receivers have queried.
+`Memo` calls `find_forwarding`, which recognizes such an agent. A `RecordingRun` has `Dependencies`, which note the
+forwarded beliefs that the receivers have queried.
 """
 
 from __future__ import annotations
@@ -64,9 +65,7 @@ def find_forwarding(name: str, key: Key, templates: Sequence[AgentTemplate]) -> 
     """Find how an agent forwards the percepts of a predicate; None if it does anything else with them.
 
     Args:
-        name: the agent's name.
         key: the key of the percepts.
-        templates: all agents.
     """
     agents = {template.name: template for template in templates}
     agent = agents.get(name)
@@ -149,7 +148,6 @@ class Dependencies:
 
     Args:
         forwarding: how the atoms are forwarded.
-        atoms: the atoms.
         arrived: whether they have been forwarded already.
     """
 
@@ -256,7 +254,6 @@ class SteeringBeliefs(BeliefBase):
     """The beliefs of the steering agent after perception, which record queries of the forwarded percepts.
 
     Args:
-        beliefs: what it believes.
         dependencies: where to note queries.
     """
 

@@ -1,4 +1,7 @@
-"""`Memo` runs a multi-agent system for test generation, and executes no segment of a run twice; see the package."""
+"""`Memo` runs a multi-agent system for test generation, and executes no segment of a run twice.
+
+`generate.model_runner` has a memo for each model. How a memo works is described in the package (`bdi.memo`).
+"""
 
 from __future__ import annotations
 
@@ -25,8 +28,8 @@ from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 Segments = list[Segment]
 MAX_REMEMBERED = 50_000
-"""Runs that are remembered; when there are more, all are forgotten (learning makes some thousand;
-what was executed remains in the diagram)."""
+"""Most runs that are remembered; when there are more, all are forgotten (learning makes some thousand runs;
+their segments remain in the diagram)."""
 
 
 class Memo:

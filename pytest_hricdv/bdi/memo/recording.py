@@ -1,4 +1,7 @@
-"""`RecordingRun` executes a run segment by segment, and records each for the memo's decision diagram."""
+"""`RecordingRun` executes a run segment by segment, and records each for the memo's decision diagram.
+
+`Memo` starts one where a segment is missing; `record` gives the segment and the agents' states at its end.
+"""
 
 from __future__ import annotations
 
@@ -23,21 +26,21 @@ from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.system_run import SystemRun
 
 _CUT = "cut"
-"""How a run has ended that is at the end of a segment, to continue from there."""
+"""The ending of a run at the end of a segment, from where it can be continued."""
 _UNCERTAIN = "uncertain"
-"""How a run has ended that other runs must not rely on."""
+"""The ending of a run whose segments must not be reused, since other beliefs might change them."""
 _SHORTEST = 3
-"""The least rounds of a segment: what begins is often seen beginning in the round after, too.
+"""Least number of rounds of a segment: an agent that begins a goal often still counts as beginning in the next round.
 
 Only speed depends on this and the next two. For 600 random belief sets of the table (`random_sets(600, 3)` of
 `tests/bdi/memo/test_memo.py`), 13,965 of 105,944 rounds are executed; with 1 to 10 here, 13,959 to 14,375; with 30,
 42,726.
 """
 _LONG = 100
-"""Rounds after which a segment may end in the middle of what the receiver does: from 20 to 1,000 nothing changes."""
+"""Rounds after which a segment may end while a receiver pursues a goal: values from 20 to 1,000 change nothing."""
 _QUIET_BEFORE = 10
-"""Rounds without progress that a segment may begin after. It has to be less than :data:`QUIET_ROUNDS`; from 1 to 20 it
-changes 12 of the 13,965 rounds, with 39 no run can be divided."""
+"""Most rounds without progress before the beginning of a segment. It has to be less than :data:`QUIET_ROUNDS`;
+values from 1 to 20 change 12 of the 13,965 rounds, with 39 no run can be divided."""
 
 
 class RecordingRun(SystemRun):
@@ -46,7 +49,6 @@ class RecordingRun(SystemRun):
     Args:
         environment: the plain environment.
         seed: the seed of the run's random numbers.
-        templates: the agents.
         dependencies: where to note what the run depends on.
         states: the states of the agents to continue from; None at the beginning of a run.
     """

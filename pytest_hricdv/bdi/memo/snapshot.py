@@ -1,4 +1,7 @@
-"""Snapshots, the nodes of the memo: an agent's mental state as a hashable value, from which it can be restored."""
+"""`snapshot` gives an agent's mental state as a hashable value; `restore` puts the agent back into this state.
+
+`RecordingRun` takes the snapshots at the end of each segment; the memo's nodes (`StateNode`) hold them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The environment of agents: holds their percepts, and executes their actions."""
+"""`Environment`: the surroundings of agents, which hold their percepts and execute their actions.
+
+`MultiAgentSystem` passes it to its runs; a subclass gives actions an effect. In `NoEnvironment` every action fails.
+"""
 
 from __future__ import annotations
 

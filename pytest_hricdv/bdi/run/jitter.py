@@ -1,10 +1,10 @@
-"""Runs with random delays (`MultiAgentSystem.run(jitter=...)`), to find races.
+"""`JitteredRun`: a run with random delays (`MultiAgentSystem.run(jitter=...)`), to find races.
 
 Jason's agents run concurrently, so the interleaving of their steps is left to chance. A plain run here always
 uses the same interleaving. A run with jitter uses others: in every round the agents act
-in a random order, and messages and changes of percepts arrive some rounds late. What may not change does
-not: messages from one agent to another keep their order, and what is perceived before the run is perceived
-at once. All chance comes from the seed. A model whose outcome differs between seeds has a race.
+in a random order, and messages and changes of percepts arrive some rounds late. But messages from one agent
+to another keep their order, and what is perceived before the run is perceived at once. The seed determines
+all delays. A model whose outcome differs between seeds has a race.
 """
 
 from __future__ import annotations

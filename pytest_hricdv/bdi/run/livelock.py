@@ -1,4 +1,7 @@
-"""Detects livelocks: the agents only repeat themselves, so that `SystemRun` ends the run."""
+"""`LivelockDetector` detects that the agents of a run only repeat themselves, so that `SystemRun` ends the run.
+
+`SystemRun` calls it after rounds without progress; `name_endless_plans` names the plans that had not ended.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ number of rounds before a livelock is found changes with it.
 
 
 COMPARED = 100
-"""Events and intentions that are compared in a round on average: where there are more, in fewer rounds (chosen)."""
+"""Most events and intentions compared per round on average (chosen): if there are more, fewer rounds are compared."""
 
 
 class LivelockDetector:
@@ -41,7 +44,7 @@ class LivelockDetector:
         """The round after which :meth:`repeats` has to be called next."""
         self._progress = 0
         self._most = 0
-        """Events and intentions that there were at a time."""
+        """The greatest number of events and intentions so far."""
         self._fingerprints: set[int] = set()
         self._depths: dict[Intention, _Depth] = {}
         self._states: set[str] = set()
@@ -52,7 +55,6 @@ class LivelockDetector:
         """Whether the agents repeat themselves after a round, waits for time aside.
 
         Args:
-            rounds: the rounds done.
             progress: the progress made so far.
         """
         if progress != self._progress:
@@ -124,7 +126,6 @@ def name_endless_plans(agents: Iterable[Agent], *, repeats: bool) -> list[str]:
     """The plans that agents still execute when a run is ended, with their places.
 
     Args:
-        agents: the agents.
         repeats: whether they only repeat themselves: then plans of a goal that has others with a context are left
             out, because they wait for something that may come in another run.
     """
@@ -188,7 +189,6 @@ def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
     """All agents' events and intentions as text, with fresh variables numbered as they appear.
 
     Args:
-        agents: the agents by name.
         now: the virtual clock, if the waits are to be included.
     """
     parts = []

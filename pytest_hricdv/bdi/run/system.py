@@ -1,4 +1,8 @@
-"""`MultiAgentSystem`, a Jason project that is read once and run many times; tests, lint and `python -m` start here."""
+"""`MultiAgentSystem`: a Jason project that is loaded once and run many times; `run` gives a `Result`.
+
+Test generation (by `Memo`) and ``hricdv model`` run it. Each run has new agents, made of `AgentTemplate`s, in a
+`SystemRun` or a subclass of it.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +30,8 @@ from pytest_hricdv.bdi.run.system_run import SystemRun
 from pytest_hricdv.bdi.run.tracing import Trace, TracedAgent, TracedRun
 
 MAX_ROUNDS = 100_000
-"""Rounds after which a run is stopped by default: runs of the table end after 177 rounds on average, 368 at most; a run
-that neither ends nor repeats itself gets here in two seconds."""
+"""Rounds after which a run is stopped by default: runs of the table example end after 177 rounds on average, 368 at
+most; a run that neither ends nor repeats itself gets here in two seconds."""
 _ACTIONS = StandardActions()
 
 
@@ -36,11 +40,7 @@ class AgentTemplate:
     """An agent in its initial state.
 
     Args:
-        name: its name.
-        program: its source.
-        beliefs: its initial beliefs.
-        library: its plans.
-        events: its initial events.
+        events: the sign and literal of each initial event.
     """
 
     name: str
@@ -204,9 +204,6 @@ class MultiAgentSystem:
         """An agent for a run, with a source that lies next to the project file or the sources of its agents.
 
         Args:
-            run: the run.
-            name: the agent's name.
-            source: its source file.
             place: location of the action that creates it, for the error.
 
         Raises:

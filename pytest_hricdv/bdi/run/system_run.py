@@ -1,8 +1,8 @@
-"""One run of a multi-agent system: rounds, virtual time, and how a run ends.
+"""`SystemRun`: one run of a multi-agent system, with its rounds and virtual time, until it ends.
 
-In a round every agent does one reasoning cycle, in the order of the project file, so that a run is a
-function of the models, the percepts and the seed. A round takes one tick of virtual time; when no agent has
-anything to do before some wait is over, time jumps there. Agents with nothing to do are skipped.
+`MultiAgentSystem.run` makes one for each run. In a round every agent does one reasoning cycle, in the order of the
+project file, so that a run is a function of the models, the percepts and the seed. A round takes one tick of virtual
+time; when no agent has anything to do before some wait is over, time jumps there.
 """
 
 from __future__ import annotations

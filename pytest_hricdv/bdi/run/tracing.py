@@ -1,8 +1,8 @@
 """Traces of runs (`hricdv model trace`): which event led to which plan of which agent, and to which action.
 
-A traced run records a :class:`Step` for each percept or belief gained or lost, goal, selected plan, action, message and
-print. Each step names the step that caused it, across agents, so an action can be traced back to the belief behind it.
-Subclasses of the run and of its agents do the tracing, so plain runs have no overhead.
+A `TracedRun` records a :class:`Step` for each percept or belief gained or lost, goal, selected plan, action, message
+and print. Each step names the step that caused it, across agents, so an action can be traced back to the belief behind
+it. `MultiAgentSystem.run(trace=True)` makes such a run and returns its `Trace`; plain runs have no overhead.
 """
 
 from __future__ import annotations
