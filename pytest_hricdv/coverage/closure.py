@@ -1,6 +1,7 @@
 """Coverage closure: what the tests of a suite cover together, the minimal suite, and what each test adds.
 
-`PointIndex` makes one bit set of all that a test covers. `closure_summary` and `cross_closure` give a report's records.
+`PointIndex` makes one bit set of all that a test covers. `closure_summary` and `cross_closure` give a report's records
+to `results.derivation`; the closing loop and mutation select tests with `minimal_suite`.
 """
 
 from __future__ import annotations

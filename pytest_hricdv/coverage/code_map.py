@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Arc", "Bits", "CodeMap", "CoverageError", "SourceFile", "map_code", "percent"]
 
 Arc = tuple[int, int]
+"""A branch, as coverage.py has it: from line, to line."""
 
 WAIVER = re.compile(r"#\s*unreachable:\s*(?P<reason>.*)")
 """A comment that says why a line need not be covered."""

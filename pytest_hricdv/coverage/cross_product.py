@@ -1,6 +1,7 @@
 """Cross products, which testbenches declare: a bin is a combination of one value of each coordinate; runs hit bins.
 
-Also their records in reports: what was declared, what is impossible, and what was hit.
+`CrossProduct` is the declaration; each run of a test checks its hits against it. The records at the end of the module,
+from `Coordinate` on, say in a report what was declared, what is impossible, and what was hit.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ from pytest_hricdv.coverage.code_map import CoverageError
 Bin = tuple[str, ...]
 
 ANY = "*"
+"""Stands for every value of a coordinate."""
 MAX_BINS = 100_000
-"""Limit of one cross product: a report lists every bin, and 100,000 of four coordinates are 4 MB of JSON."""
+"""Most bins of one cross product: a report lists every bin, and 100,000 of four coordinates are 4 MB of JSON."""
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

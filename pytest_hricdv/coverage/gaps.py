@@ -1,8 +1,9 @@
 """Gaps, as reports list them: what no test covers, each with the reason or with what is likely to close it.
 
-Open bins of a cross product are grouped to holes, which one sentence describes: a list of a hundred bins says little;
-"whatever the rest, never released with none ready" says what to generate. Method: hole analysis by projection
-(Lachish, Marcus, Ur, Ziv: Hole analysis for functional coverage data, DAC 2002).
+`results.derivation` gets the gaps of code, plans, bins and requirements from `code_gaps` and its like. For people,
+`holes` groups the open bins of a cross product: a list of a hundred bins says little; the sentence "whatever the rest,
+never released with none ready" says what to generate. Method: hole analysis by projection (Lachish, Marcus, Ur, Ziv:
+Hole analysis for functional coverage data, DAC 2002).
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, lis
 from pytest_hricdv.monitor import RequirementResult
 
 MAX_PROJECTIONS = 200_000
-"""Bins times subsets of coordinates to search for holes: 3 s. In a larger product each open bin is its own hole."""
+"""Most combinations of a bin and a subset of coordinates that are searched for holes, which takes 3 s. In a larger
+product each open bin is a hole of its own."""
 
 Projection = tuple[tuple[int, str], ...]
-"""Values of some coordinates: place of the coordinate and value."""
+"""Values of some coordinates: the number of the coordinate, and its value."""
 
 
 @dataclass(frozen=True)

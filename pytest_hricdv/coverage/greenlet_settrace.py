@@ -1,9 +1,10 @@
 """`keep_to_this_greenlet`: limits a trace function to one greenlet, so that only the code under test is traced.
 
-Depending on the versions of Python and greenlet, `sys.settrace` holds for the greenlet that called it or for the whole
-thread. In the second case the trace function has to be removed and restored whenever control leaves the measured
-greenlet and returns. This is done in greenlet's switch callback: greenlet suspends tracing around it, so the tracer's
-call stack stays consistent. (Stopping and starting the measurement instead would lose it.)
+`OwnCoverage` and the measurements use it while the code under test runs. Depending on the versions of Python and
+greenlet, `sys.settrace` holds for the greenlet that called it or for the whole thread. In the second case the trace
+function has to be removed and restored whenever control leaves the measured greenlet and returns. This is done in
+greenlet's switch callback: greenlet suspends tracing around it, so the tracer's call stack stays consistent. (Stopping
+and starting the measurement instead would lose it.)
 """
 
 from __future__ import annotations

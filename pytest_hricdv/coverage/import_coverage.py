@@ -1,8 +1,9 @@
 """`ImportCoverage`: what importing each module under test covers, measured at its first import.
 
-Import lines run once per process: in the first test that needs a module, or before any test when a conftest imports
-early. They count for every test that imports the module, itself or by another one, so that the order of tests, the
-worker, and the imports of the project change nothing. Modules that nothing imports are not run, and cover nothing.
+A session has one, from `follow_imports`; its `Measurement` adds the coverage of imports to that of each test. Import
+lines run once per process: in the first test that needs a module, or before any test when a conftest imports early.
+They count for every test that imports the module, itself or by another one, so that the order of tests, the worker, and
+the imports of the project change nothing. Modules that nothing imports are not run, and cover nothing.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 PREFIX = "hricdv import|"
-"""Prefix of the context of an import; the module's name follows."""
+"""Prefix of the name under which coverage.py records an import (its context); the module's name follows."""
 
 BEFORE = "modules that were imported before imports were followed"
 """Key of their coverage, in place of a module's name."""

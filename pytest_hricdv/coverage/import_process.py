@@ -21,8 +21,8 @@ from pytest_hricdv._base.hash_seed import environment_of_child
 from pytest_hricdv.coverage.own_coverage import OwnCoverage, literally
 
 TIMEOUT_S = 120
-"""Time limit of imports (s; chosen): a hundred times what those of the table's controller take, so that only an import
-that waits for something exceeds it."""
+"""Time limit (s) of all imports together (chosen): a hundred times what the imports of the table example's controller
+take, so that only an import that waits for something exceeds it."""
 
 
 @dataclass(frozen=True)

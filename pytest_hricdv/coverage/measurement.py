@@ -1,8 +1,9 @@
 """Measures the code under test while it runs inside its own greenlet, and nowhere else.
 
-The tracer starts in the greenlet of the code under test and is limited to it. So every line and branch of the code is
-recorded, and the rest of the process (world, human, monitors) runs at full speed. A session gets its `Measurement` from
-`choose`. With `--cov` it shares the measurement of pytest-cov, since a second one would silently pause the first.
+A session gets its `Measurement` from `choose`; each run of a test calls `measure` for the code under test. The tracer
+starts in the greenlet of the code under test and is limited to it. So every line and branch of the code is recorded,
+and the rest of the process (world, human, monitors) runs at full speed. With `--cov` the session shares the measurement
+of pytest-cov (`JoinedMeasurement`), since a second one would silently pause the first.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """`OwnCoverage`: coverage.py's `Coverage`, limited to selected parts of a process, each recorded under a context.
 
-The tracer is set in one greenlet at a time and limited to some files. So the rest of the process (world, human,
-monitors) runs untraced at full speed, while every line and branch of these files is recorded.
+`Measurement` and `ImportCoverage` record tests and imports with it; `debugger` says why nothing can be measured. The
+tracer is set in one greenlet at a time and limited to some files. So the rest of the process (world, human, monitors)
+runs untraced at full speed, while every line and branch of these files is recorded.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Runs the model with all belief sets, and says which bins are impossible, and which beliefs reach a plan or bin.
 
 A bin of a cross product that no run of the model reaches is impossible, and does not count as a gap of coverage. A
-report gets the impossible bins from `explore`; the closing loop uses the runs to choose belief sets. If not all runs
-can be explored, nothing is proven.
+report gets the impossible bins from `explore`; the closing loop chooses belief sets by the runs of `explore_model`, or
+of `sample_model` if there are too many. If not all runs can be explored, nothing is proven.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
 
 CACHE_KEY = "hricdv/exploration-{}"
-"""Where pytest's cache keeps an exploration, by the fingerprint of the model and its belief space."""
+"""Key of an exploration in pytest's cache; the fingerprint of the model and its belief space completes it."""
 
 
 @dataclass(frozen=True)

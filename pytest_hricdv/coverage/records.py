@@ -1,7 +1,7 @@
 """Coverage as a report holds it: the records of code, plans, requirements and gaps.
 
-These are msgspec structs: frozen like frozen dataclasses, but they are also their own JSON codec. See
-`pytest_hricdv.results.model` for the rules that all records follow.
+`results.derivation` makes them, reports show them. They are msgspec structs: frozen like frozen dataclasses, but also
+their own JSON codec. See `pytest_hricdv.results.model` for the rules that all records follow.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """`module_files` finds the source files of the code under test as Python would, without importing any.
 
-coverage.py's configuration leaves some out (`CoverageSettings`). It is read by coverage.py itself, from the file that
-it would take (`.coveragerc`, `setup.cfg`, `tox.ini`, `pyproject.toml`, or the one of `--cov-config`). How things are
-traced (`parallel`, `concurrency`, `core`, `patch`, contexts) is for the user's own measurement only.
+`map_code` calls it once per session, and leaves out what coverage.py's configuration leaves out (`CoverageSettings`).
+coverage.py itself reads this, from the file that it would take (`.coveragerc`, `setup.cfg`, `tox.ini`,
+`pyproject.toml`, or the one of `--cov-config`). How things are traced (`parallel`, `concurrency`, `core`, `patch`,
+contexts) is for the user's own measurement only.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ SOURCE = re.compile(r"[^.#~!$@%^&*()+=,]+\.py")
 """Names of files that coverage.py takes for modules; others are what editors leave behind."""
 
 INSTALLED = frozenset({"site-packages", "dist-packages"})
+"""Names of folders with installed packages."""
 
 
 class CoverageError(InputError):
@@ -40,7 +42,7 @@ class ModuleFile:
     """A module's file.
 
     Args:
-        path: the file's path; within an archive, of the archive and on.
+        path: the file's path; of a file in an archive, the path of the archive and the path in it.
         name: as reports show it.
         module: as Python calls it.
         problem: why there is no source to measure; empty if there is.

@@ -1,6 +1,7 @@
 """The coverage of tests, one by one and as a suite: code, plans and requirements.
 
-`RunCoverage` is that of one run, `TestCoverage` that of all runs of a test; reports have the figures derived from them.
+`RunCoverage` is that of one run, `TestCoverage` that of all runs of a test. `results.derivation` gets the figures of a
+report from `code_coverage`, `plan_coverage`, `tally` and `curve`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How near an antecedent came to a trigger in a logged run (`near_miss`), and which conjuncts were true and false.
 
-The log is replayed after the run, so that monitors stay fast: for the nearest miss only where a requirement was never
-triggered, for the outcomes of conjuncts only until each was true and false.
+`explain` calls `near_miss` for requirements that were never triggered; the closing loop calls `conjunct_outcomes`.
+Both replay the log after the run, so that monitors stay fast.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from pytest_hricdv.monitor.past_formula import Conjunction, Disjunction, Negatio
 from pytest_hricdv.monitor.terms import ArithmeticOperator, ArithmeticTerm, NumberTerm
 from pytest_hricdv.monitor.verdict import NearMiss
 
-# A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
+# A conjunct is evaluated alone, without the conjuncts that guard it in the antecedent: it may be undefined.
 _UNDEFINED = (UnknownValueError, ArithmeticError)
 
 

@@ -1,4 +1,8 @@
-"""The values that the functions of `build` return: conditions and numbers whose operators (`&`, `<`) make formulas."""
+"""The values that the functions of `build` return: conditions and numbers whose operators (`&`, `<`) make formulas.
+
+A `TruthValue` is a condition, a `NumberValue` a number, an `Implication` what `>>` makes of antecedent and response.
+Patterns take them as arguments; `as_past`, `as_term` and `as_number` convert what users write, such as plain numbers.
+"""
 
 from __future__ import annotations
 

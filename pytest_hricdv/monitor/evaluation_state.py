@@ -1,7 +1,8 @@
 """`EvaluationState`, which compiled formulas read: last values, messages of the instant, outputs of operators.
 
-A formula has a value *at* an instant and one *right after* it, which holds until the next instant at which anything
-changes. They differ for messages and edges. Keeping both makes verdicts independent of the sampling rate of a run.
+Each monitor of a run has one; the last values and the messages are shared. A formula has a value *at* an instant and
+one *right after* it, which holds until the next instant at which anything changes. They differ for messages and edges.
+Keeping both makes verdicts independent of the sampling rate of a run.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from dataclasses import dataclass, field
 from pytest_hricdv.monitor.node import field_of, is_optional, last_of
 
 NS_PER_S = 1_000_000_000
-"""A thousand times finer than the kernel's microsecond, so that rounding never merges two of its instants."""
+"""Nanoseconds, the monitors' unit of time, in a second: finer than the kernel's microseconds, so that rounding never
+merges two instants of a run."""
 
 LAST_NS = 2**62
-"""The latest time of a run, 146 years: twice this still fits a 64-bit column."""
+"""The latest time of a run (ns), 146 years: twice this number still fits a 64-bit column."""
 
 # Time inside the monitors: whole nanoseconds, or infinity. The type is float because int has no infinity.
 Nanoseconds = float

@@ -1,4 +1,7 @@
-"""`Formula`, the formula of a requirement as data, `always(antecedent -> response)`; and its kinds of responses."""
+"""`Formula`, the formula of a requirement as data, `always(antecedent -> response)`; and the four kinds of responses.
+
+The parser and `build` make formulas; `compile_formula` compiles them, and `monitor_of` chooses the monitor by the kind.
+"""
 
 from __future__ import annotations
 

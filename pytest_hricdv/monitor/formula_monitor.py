@@ -1,4 +1,7 @@
-"""`FormulaMonitor`, the base class of all monitors, and `ConditionMonitor`, which says when a condition was true."""
+"""`FormulaMonitor`, the base class of all monitors, and `ConditionMonitor`, which says when a condition was true.
+
+A `MonitorSet` calls `evaluate` at each instant at which the formula may change.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`load_requirements`: requirements from a TOML file or from Python, parsed and checked against a vocabulary."""
+"""`load_requirements`: requirements from a TOML file or from Python, parsed and checked against a vocabulary.
+
+`RunContext` calls it once per session, with the testbench's vocabulary. `parse_formula` and `parse_condition` parse
+one text; `load_definitions` adds the definitions of a file to a vocabulary.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +23,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.monitor.pattern_parser import RequirementParser
 
 _KEYS = ("title", "source", "formula", "pattern", "shows", "group", "suggested", "accepted_by", "accepted_on")
+"""The keys in the table of a requirement."""
 _DEFINITIONS = "definitions"
 
 

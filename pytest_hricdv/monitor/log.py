@@ -12,6 +12,7 @@ from typing import Protocol
 from pytest_hricdv.monitor.evaluation_state import Nanoseconds, Value, nanoseconds
 
 Series = tuple[Sequence[float], Sequence[float] | Sequence[str]]
+"""The times (s) at which a signal changes, and its value from each time on."""
 Update = tuple[str, "Value | Mapping[str, object]"]
 """A signal and its new value, or a topic and the fields of a message."""
 

@@ -1,4 +1,8 @@
-"""Judges logged runs: `evaluate` gives verdicts, `watch` when a condition was true, `explain` why nothing triggered."""
+"""Judges logged runs: `evaluate` gives verdicts, `watch` when a condition was true, `explain` why nothing triggered.
+
+Each run of a test ends with `explain` on its record; the suggestion of requirements and qualification use `evaluate`,
+known violations with a condition `watch`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +26,7 @@ from pytest_hricdv.monitor.verdict import Verdict
 
 
 def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], log: Log) -> tuple[Verdict, ...]:
-    """The verdicts with what they did not see, and with the nearest miss of requirements that were never triggered.
+    """The verdicts with the messages that they did not see, and with the nearest misses of untriggered requirements.
 
     Args:
         verdicts: the verdicts on the logged run.

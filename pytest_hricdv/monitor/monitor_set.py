@@ -1,4 +1,7 @@
-"""`MonitorSet`: the monitors of the requirements and conditions of one run, fed with its messages and signals."""
+"""`MonitorSet`: the monitors of the requirements and conditions of one run, fed with its messages and signals.
+
+Each run of a test has one, and so has each judgement of a log; `finish` gives the verdicts.
+"""
 
 from __future__ import annotations
 

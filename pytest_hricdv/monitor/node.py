@@ -1,11 +1,11 @@
 """Base classes of the nodes of formulas, and what each operator defines about itself.
 
-A formula is about a run in dense time: signals are constant between updates, and a message exists for one instant.
-Nodes are frozen dataclasses that compare by value, so equal requirements share one compiled program. `str(node)` is its
-text in the requirement language, which is parsed to an equal node. Times are in seconds.
+A `Term` is a number, a `TextTerm` a text, a `PastFormula` a condition; `past_formula` and `terms` have their
+subclasses. A formula is about a run in dense time: signals are constant between updates, and a message exists for one
+instant. Nodes are frozen dataclasses that compare by value, so equal requirements share one compiled program.
+`str(node)` is its text in the requirement language, which is parsed to an equal node. Times are in seconds.
 
 Traversal, analysis and compilation ask the nodes, so a new operator is a new class and nothing else here changes.
-
 Names are those of signals, of fields as `topic.field`, and of a field's value in the message before.
 """
 

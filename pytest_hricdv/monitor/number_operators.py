@@ -1,6 +1,7 @@
 """The stateful operators of a compiled formula whose outputs are numbers: counts, and times between occurrences.
 
-An occurrence is a message, or an instant at which a condition becomes true.
+The terms `Count` and `TimeBetween` make them when they are compiled. An occurrence is a message, or an instant at which
+a condition becomes true.
 """
 
 from __future__ import annotations

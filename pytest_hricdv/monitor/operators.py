@@ -1,11 +1,11 @@
 """The stateful operators of a compiled formula: past operators, and comparisons with hysteresis.
 
-Each operator is stepped at every instant at which its operand can change, and at its own `wake_ns`. Times are whole
+Monitors step each operator at every instant at which its operand can change, and at its own `wake_ns`. Times are whole
 nanoseconds, so that a bound of a window and an update at the same time are one instant.
 
-The output of an operator is unknown until its operands are known. Just before that instant, an operand has the value
-that it has then without a message: the first value of a signal is not an edge, but a first message is
-(`EvaluationState.values_before`).
+The output of an operator is unknown until its operands are known. Just before the first known instant, an operand
+counts as having the value that it has at that instant without messages (`EvaluationState.values_before`): the first
+value of a signal is not an edge, but a first message is.
 """
 
 from __future__ import annotations

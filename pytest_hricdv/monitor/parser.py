@@ -1,6 +1,7 @@
 """`FormulaParser` turns syntax trees of requirements into formulas; it checks names, types, units and windows.
 
-Imports lark, so this module is imported only when a formula is parsed.
+`load_requirements` and `parse_formula` use its subclass `RequirementParser`, which parses patterns, too. The module
+imports lark, so it is imported only when a formula is parsed.
 """
 
 from __future__ import annotations

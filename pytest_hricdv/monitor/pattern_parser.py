@@ -1,6 +1,7 @@
 """`RequirementParser` parses formulas, and patterns such as `response(on(request), on(leg_ready), within_s=30)`.
 
-The arguments of a pattern are conditions and numbers of the requirement language. Imports lark, as `parser` does.
+`load_requirements` uses it. The arguments of a pattern are conditions and numbers of the requirement language. Imports
+lark, as `parser` does.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = ["parse_pattern"]
 
-# The ends of parameter names that give a unit, the longest first. A speed has the unit of its signal.
+# The ends of parameter names -> the unit of the argument, the longest first. A speed has the unit of its signal.
 _UNITS = {"_n_cm2": "N/cm^2", "_n": "N", "_m": "m", "_s": "s", "distance": "m", "force": "N", "pressure": "N/cm^2"}
 _SPEEDS = ("slow_speed", "standstill")
 

@@ -1,4 +1,7 @@
-"""The programs that monitors execute: `compile_formula` compiles a formula once for all runs."""
+"""The programs that monitors execute: `compile_formula` compiles a formula once for all runs.
+
+`monitor_of` calls it for requirements and gets a `RequirementProgram`; `MonitorSet.watch` calls `compile_condition`.
+"""
 
 from __future__ import annotations
 

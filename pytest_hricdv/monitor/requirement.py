@@ -1,4 +1,8 @@
-"""`Requirement`: a formula with its id, title and source; and `RequirementError`s that point into its text."""
+"""`Requirement`: a formula with its id, title and source; and `RequirementError`s that point into its text.
+
+`load_requirements` and `build.requirement` make requirements; monitors judge them, and reports show them. A
+`FormulaSource` is the text that a parser reads, with its place in a file.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """`syntax_tree` parses the text of a formula; its errors say what was expected and how to write it here.
 
-Imports lark, so this module is imported only when a formula is parsed.
+`FormulaParser` makes formulas of the trees. The module imports lark, so it is imported only when a formula is parsed.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from pytest_hricdv._base.message import quote
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
 MAX_LENGTH = 100_000
-"""Longest formula, in characters: a hundred times a long one. It takes a second to parse (0.12 s for 10,000
-characters)."""
+"""Longest text of a formula (characters), a hundred times that of a long formula. It takes a second to parse (0.12 s
+for 10,000 characters)."""
 
 MAX_NODES = 10_000
 """Most operators and operands of a formula, including the definitions that it uses (chosen): fifteen definitions, each
@@ -36,7 +36,7 @@ MAX_BUILT_DEPTH = 2 * MAX_DEPTH
 
 Start = Literal["formula", "condition", "definition", "pattern"]
 
-# Unexpected token -> advice: how other languages write it, or where it is allowed here.
+# Unexpected token, often from another language -> advice: how it is written here, or where it is allowed.
 _COMMON_MISTAKES = {
     "and": "a conjunction is written `&`",
     "or": "a disjunction is written `|`",

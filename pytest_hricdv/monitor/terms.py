@@ -1,4 +1,7 @@
-"""Terms as data, what comparisons compare: numbers, signals, fields, arithmetic, counts and texts."""
+"""Terms as data, what comparisons compare: numbers, signals, fields, arithmetic, counts and texts.
+
+The parser and `build` make terms such as `FloatName` and `Count`; each compiles to a part of a Python expression.
+"""
 
 from __future__ import annotations
 

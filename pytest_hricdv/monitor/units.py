@@ -1,6 +1,7 @@
 """Units of measurement in requirements, as in `0.25 rad/s`: their dimensions and scales, and numbers with units.
 
-Sources of the scales: the SI Brochure (BIPM, 9th edition, 2019), tables 4 to 8.
+`unit_of` reads a `Unit`; `NumberParser` and `Vocabulary` use it. A `QuantityTerm` is a number or expression with its
+unit. Sources of the scales: the SI Brochure (BIPM, 9th edition, 2019), tables 4 to 8.
 """
 
 from __future__ import annotations

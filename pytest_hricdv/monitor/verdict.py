@@ -1,6 +1,7 @@
-"""The verdict of a requirement on a run: triggers, violations, margin, near miss; and its builder.
+"""The `Verdict` of a requirement on a run: triggers, violations, margin, near miss; and its builder.
 
-Verdicts are plain records, so a report has them as the monitors gave them.
+Each `RequirementMonitor` has a `VerdictBuilder`. Verdicts are plain records, so a report has them as the monitors gave
+them.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ class Violation(PlainRecord, frozen=True):
         margin: the least signed distance to the bound while the violation lasted; for a missed `eventually`, minus how
             late the response came, or, if it did not come, how long the run continued without it (s); None if the
             violated condition compares nothing.
-        outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
-            whoever knows of such conditions).
+        outside: violations of this requirement are known under a condition that did not hold at `time_s` (set after
+            the run, by `execution.run_monitors`).
         text: what was expected and observed, for people, if the values do not say it.
         margin_s: when the margin was, where that is later than `time_s` (s).
         values_s: value -> when it was (s), of those that were followed to their worst after `time_s`.

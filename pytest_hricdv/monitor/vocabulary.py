@@ -1,4 +1,7 @@
-"""The `Vocabulary` that requirements are written in: a testbench's signals and messages, and a file's definitions."""
+"""The `Vocabulary` that requirements are written in: a testbench's signals and messages, and a file's definitions.
+
+`Testbench.vocabulary` gives one, and the parser checks each name in a formula against it.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from pytest_hricdv.monitor.units import QuantityTerm, Unit, unit_of
 
 _WORDS = ("always", "eventually", "until", "since", "on", "not", "hysteresis", "for", "inf")
 KEYWORDS = frozenset((*OPERATORS, *_WORDS))
+"""Words of the requirement language, which cannot be names."""
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ Purpose
     forwards them to others: ``for (f(B)) { .send(human, tell, B) }``.
 
 How it works
-    A run is cut into segments between rounds, where a receiver of forwarded atoms has just begun to pursue a goal or
-    is about to: there it is most often in a state that occurred before, and has made no query yet. A node stands for
-    the mental state of all agents at such a cut, an edge for a segment: what was printed, done and executed, and how many
+    A run is cut into segments between rounds, where a receiver of forwarded atoms has just begun to pursue a goal or is
+    about to: there it is most often in a state that occurred before, and has made no query yet. A node stands for the
+    mental state of all agents at such a cut, an edge for a segment: what was printed, done and executed, and how many
     rounds it took. Within a segment, each query of a receiver for an atom that may be forwarded is recorded with its
-    answer, and the answers decide which edge a run takes. So the nodes are a decision diagram over the set of atoms.
-    A run follows the diagram from the root for its number of atoms. Where an edge is missing, the agents are put into the state
-    of that node, and the model is executed up to the next node only: so each segment is executed once.
+    answer, and the answers decide which edge a run takes. So the nodes are a decision diagram over the set of atoms. A
+    run follows the diagram from the root for its number of atoms. Where an edge is missing, the agents are put into the
+    state of that node, and the model is executed up to the next node only: so each segment is executed once.
 
 Why it is equal
     Let S be the set of atoms. The state at a node is a function of the node and of S: a receiver's belief is either

@@ -1,10 +1,10 @@
-"""Patterns for robots that work with people, after ISO 10218-1:2025 and ISO 10218-2:2025, which take in
-ISO/TS 15066:2016, and ISO 13482:2014 for personal care robots.
+"""Patterns of requirements for robots that work with people, such as `speed_and_separation` and `protective_stop`.
 
-The clauses that are named are those of the editions named with them. A requirement made from a pattern says what a run
-is checked for; it is not evidence of conformity to a standard, which asks for a risk assessment and for measurements.
-No limit is built in: distances, speeds, times, forces and pressures are arguments, and come from the user's own
-assessment.
+They follow ISO 10218-1:2025 and ISO 10218-2:2025, which take in ISO/TS 15066:2016, and, for personal care robots,
+ISO 13482:2014. Where a pattern names a clause, it is of the edition that stands before it. A requirement made from a
+pattern says what a run is checked for; it is not evidence of conformity to a standard, which asks for a risk assessment
+and for measurements. No limit is built in: distances, speeds, times, forces and pressures are arguments, and come from
+the user's own assessment.
 
 Speeds are magnitudes, in the unit of their signal (m/s, rad/s); `standstill` is the largest one that counts as standing
 still, in the same unit. Limits may be computed from signals, for instance a distance from the present speed.

@@ -1,8 +1,8 @@
 """Contact limits by region of the body, from the user's own file: no figure of a standard is built in.
 
-`contact_limits` makes the requirements. A contact is transient for a moment and quasi-static afterwards, as when a hand
-is clamped. Each phase has limits of force and pressure, by body region (power and force limiting, ISO 10218-2:2025;
-ISO/TS 15066:2016, 5.5.5 and annex A).
+Testbenches call `contact_limits`, which makes the requirements; `contact_limits_template` gives a file to fill in. A
+contact is transient for a moment and quasi-static afterwards, as when a hand is clamped. Each phase has limits of force
+and pressure, by body region (power and force limiting, ISO 10218-2:2025; ISO/TS 15066:2016, 5.5.5 and annex A).
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""`@pattern` makes a pattern of a function from conditions and numbers to a formula: it checks the arguments' types."""
+"""`@pattern` makes a pattern of a function from conditions and numbers to a formula: it checks the arguments' types.
+
+The modules `temporal` and `collaboration` decorate their functions with it; a wrong argument raises `PatternError`.
+"""
 
 from __future__ import annotations
 

@@ -18,8 +18,8 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.patterns.pattern import PatternError, as_event, pattern, require_duration
 
 MAX_IN_SCOPE = 20
-"""Most times in a scope: the formula has three operators more in each other for each, half of the 128 that
-:data:`~pytest_hricdv.monitor.syntax_tree.MAX_BUILT_DEPTH` allows; the other half is for the arguments."""
+"""Limit of `existence(at_most=...)` in a scope: each event nests the formula three operators deeper, in all half of
+the 128 that :data:`~pytest_hricdv.monitor.syntax_tree.MAX_BUILT_DEPTH` allows; the other half is for the arguments."""
 
 
 @pattern
