@@ -1,9 +1,8 @@
 """`ImportWatch` follows imports: which module imports which, and what each covers while it is first imported.
 
-`ImportCoverage` has one. A module runs once in a process, when it is first imported: in the first test that needs it,
-or before any test. Its coverage belongs to every test that imports it. It is measured during that import: importing a
-module again only to measure it would run it again, which is dangerous next to hardware. A module that nothing imports
-is never run.
+`ImportCoverage` has one. A module runs once in a process, at its first import: in a test, or before all tests. Its
+coverage belongs to every test that imports it. It is measured during that import: importing a module again only to
+measure it would run it again, which is dangerous next to hardware. A module that nothing imports is never run.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Static analysis of formulas: their parts, the signals and messages that they read, the limits that reports show.
 
-`program` and `MonitorSet` ask which names a formula reads; reports, the closing loop and diagnosis ask for `conjuncts`,
-`names_shown` and `limits`.
+Compilation and monitors ask which names a formula reads, reports for `names_shown` and `limits`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Judges logged runs: `evaluate` gives verdicts, `watch` when a condition was true, `explain` why nothing triggered.
 
-Each run of a test ends with `explain` on its record; the suggestion of requirements and qualification use `evaluate`,
-known violations with a condition `watch`.
+Each run of a test ends with `explain` on its record; the suggestion of requirements uses `evaluate`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The stateful operators of a compiled formula whose outputs are numbers: counts, and times between occurrences.
 
-The terms `Count` and `TimeBetween` make them when they are compiled. An occurrence is a message, or an instant at which
-a condition becomes true.
+The terms `Count` and `TimeBetween` compile to them. An occurrence is a message, or a condition that becomes true.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Past formulas as data: conditions that are true or false at each time, decided by the run up to that time.
 
-The parser and `build` make them. A class, such as `On` or `Once`, says everything about its operator: its text, what it
-reads, when it can change, and how it is compiled.
+The parser and `build` make them. Each class, such as `On`, says everything about its operator: its text, what it reads,
+when it can change, and how it is compiled.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """`RequirementParser` parses formulas, and patterns such as `response(on(request), on(leg_ready), within_s=30)`.
 
-`load_requirements` uses it. The arguments of a pattern are conditions and numbers of the requirement language. Imports
-lark, as `parser` does.
+`load_requirements` uses it. The arguments of a pattern are conditions and numbers. Imports lark, as `parser` does.
 """
 
 from __future__ import annotations

@@ -46,6 +46,7 @@ class RequirementProgram(MonitorProgram):
     """The program of one requirement's monitor.
 
     Attributes:
+        antecedent: the requirement's antecedent.
         release: the right side of `until`.
         robustness: the signed distance of `condition` to its bounds; None if it compares nothing, or for `eventually`.
         past_numbers: the text of each count and time between in the formula -> the number of its operator.

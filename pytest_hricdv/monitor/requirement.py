@@ -49,6 +49,7 @@ class Requirement:
         source: where it comes from (a clause of a standard, a paper); may be empty.
         text: the formula as written, for reports; below it, the definitions that it uses. Or a pattern as written, and
             below it its formula.
+        formula: the formula as data.
         group: what it belongs to, such as "safety"; reports list the requirements of a group together. May be empty.
         shows: numeric signals that a violation reports in addition to those that the formula reads: while a violation
             lasts, the value with the largest absolute value. They have no effect on verdicts.

@@ -1,7 +1,6 @@
 """The `Verdict` of a requirement on a run: triggers, violations, margin, near miss; and its builder.
 
-Each `RequirementMonitor` has a `VerdictBuilder`. Verdicts are plain records, so a report has them as the monitors gave
-them.
+Each `RequirementMonitor` makes one with a `VerdictBuilder`. Verdicts are plain records, which reports keep.
 """
 
 from __future__ import annotations

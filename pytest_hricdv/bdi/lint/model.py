@@ -1,7 +1,6 @@
 """A multi-agent system as lint sees it: the beliefs, tests, goals and messages of each agent.
 
-`model_builder` makes an `AgentModel` of each program. Each check, a function that is registered by `check`, gets the
-`System` of them.
+`model_builder` makes an `AgentModel` of each program. Each check, a function registered by `check`, gets a `System`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The memo's analysis of steering agents, which only forward percepts, and its record of what a run depends on.
 
-`Memo` calls `find_forwarding`, which recognizes such an agent. A `RecordingRun` has `Dependencies`, which note the
-forwarded beliefs that the receivers have queried.
+`Memo` calls `find_forwarding`, which recognizes such an agent; `Dependencies` notes which beliefs receivers query.
 """
 
 from __future__ import annotations

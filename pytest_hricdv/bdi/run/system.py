@@ -1,7 +1,6 @@
 """`MultiAgentSystem`: a Jason project that is loaded once and run many times; `run` gives a `Result`.
 
-Test generation (by `Memo`) and ``hricdv model`` run it. Each run has new agents, made of `AgentTemplate`s, in a
-`SystemRun` or a subclass of it.
+Test generation (by `Memo`) and ``hricdv model`` run it. A run is a `SystemRun` with new agents (`AgentTemplate`).
 """
 
 from __future__ import annotations
