@@ -1,4 +1,9 @@
-"""Action clients and servers of `rclpy` on the kernel, after the ROS 2 design article "Actions"."""
+"""Simulates the action clients and servers of `rclpy`, after the ROS 2 design article "Actions".
+
+`extension` gives `rclpy` the classes `ActionClient`, `ActionServer` and `ActionGoalHandle`, which have a goal's state
+machine. An action consists of three `services` and two `topics`, whose names `part_names` lists. The simulated world
+serves actions with the same classes (`world_action_server`).
+"""
 
 from __future__ import annotations
 
@@ -48,11 +53,11 @@ NEXT_STATE = {
     (GoalState.CANCELING, GoalEvent.ABORT): GoalState.ABORTED,
     (GoalState.CANCELING, GoalEvent.CANCELED): GoalState.CANCELED,
 }
-"""The state machine of a goal."""
+"""The state machine of a goal: its state and an event -> its next state; other events are errors."""
 
 
 def part_names(action: str) -> dict[str, str]:
-    """Part of an action -> the name of its service or topic."""
+    """Part of an action, such as `send_goal` -> the full name of its service or topic."""
     parts = ("send_goal", "get_result", "cancel_goal", "feedback", "status")
     return {part: f"{action}/_action/{part}" for part in parts}
 

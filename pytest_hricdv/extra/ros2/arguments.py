@@ -1,4 +1,8 @@
-"""ROS arguments (`--ros-args`): remappings and parameters of a process or a node, read and written."""
+"""Parses and writes ROS arguments (`--ros-args`): the remappings and parameters of a process or a node.
+
+`parse` returns `Arguments`, which each `Context` and each `GraphNode` has. `command_line` writes the arguments of a
+declared `RosNode`, and `yaml_text` a parameter's value; `without_ros` leaves the arguments that are not for ROS.
+"""
 
 from __future__ import annotations
 

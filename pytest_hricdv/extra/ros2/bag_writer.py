@@ -1,8 +1,9 @@
 """`write_bag`: writes the ROS 2 messages of a run as an MCAP file of the profile "ros2", for `ros2 bag` and viewers.
 
-Traces of runs include it (see `registry`). Messages are CDR, with definitions made of the generated classes: an
-installation of messages need not have its .msg files. Services are not in it. Times are those that nodes read from
-their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
+`extra.traces` calls it for each trace, by way of `registry`. Messages are encoded as CDR. Their definitions are made
+from the generated classes, since an installation need not have the .msg files. The file has topics only, no services.
+Its times are those that nodes read from their clocks, so that they match the stamps in the messages. The same run gives
+the same bytes.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ _PROFILE, _LIBRARY = "ros2", "pytest-hricdv"
 _SEPARATOR = "=" * 80  # the MCAP registry's "ros2msg" has it before each additional type, with its name
 _SEQUENCE = re.compile(r"sequence<(?P<of>.+?)(?:, (?P<most>\d+))?>")
 _BOUNDED_TEXT = re.compile(r"(w?string)<(\d+)>")
-# The generated classes have the names of IDL for basic types; those of .msg files are others.
+# The generated classes name basic types as IDL does -> the names in .msg files, where they differ.
 _NAMES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
 
 
 def write_bag(path: Path, record: Record) -> bool:
-    """Write the messages on topics of a record; whether there are any, otherwise there is no file.
+    """Write the messages on topics of a record. Returns whether it has any; without one, no file is written.
 
     Raises:
         OSError: the file cannot be written; an old one is left as it was.

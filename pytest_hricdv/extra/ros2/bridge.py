@@ -1,4 +1,8 @@
-"""The bridge from the ROS graph to the bus: records topics, services and actions, and feeds monitors."""
+"""The bridge from the ROS graph to the bus of a run, where messages are recorded and monitors see them.
+
+`Ros2Overlay` makes one `Bridge` per run, and publishers, services and actions send through it. `vocabulary` returns the
+names that requirements may use for the declared topics, services and actions; `Ros2Execution` calls it.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,7 @@ from pytest_hricdv.runtime.record import Value
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 ROSOUT = "rosout"
+"""The name of the topic `/rosout` in requirements."""
 
 _TERMINAL = "terminal_input"
 """The message that `run.terminal` records when keys are pressed."""
@@ -26,7 +31,7 @@ def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
     """The vocabulary of a declared system: name in requirements -> its fields with their types.
 
     Raises:
-        Ros2Error: a name or type is none, or two have the same name in requirements.
+        Ros2Error: a name or type does not exist, or two topics or services have the same name in requirements.
     """
     provide_interfaces(declared.interfaces)
     check_timing(declared)
@@ -96,10 +101,8 @@ def _log_fields(entry: Any) -> Mapping[str, Value]:
 class Bridge:
     """Carries messages of ROS 2 over the bus of a run: there they are recorded, and may be lost, late or doubled.
 
-    Topics and services that the testbench does not declare are recorded, too, but hidden ones, and `/parameter_events`.
-
-    Args:
-        declared: names and types, and when messages arrive.
+    Topics and services that the testbench does not declare are recorded, too, except hidden ones and
+    `/parameter_events`.
     """
 
     def __init__(self, bus: Bus, declared: Ros2, seed: int = 0) -> None:

@@ -1,4 +1,8 @@
-"""Clocks and timers of `rclpy` on the kernel: all three kinds of clock read its virtual time."""
+"""Simulates the clocks and timers of `rclpy`: clocks of all three kinds read the virtual time of the run's `Kernel`.
+
+`extension` gives `rclpy` the classes `Clock`, `RosTimer`, `TimePoint` and `Duration`. `system_ns` is the time that
+nodes read from the system's clock, with which the fakes of `kit` stamp messages.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +26,9 @@ EPOCH_NS = round(EPOCH.timestamp()) * 1_000_000_000
 
 
 def whole_ns(duration_s: float) -> int:
-    """A duration in whole ns; what is longer than nothing lasts at least one of them.
+    """A duration in whole ns: at least 1 ns if it is above 0.
 
-    `rclpy` truncates it to 0, and asks again until the time is over: here none would pass meanwhile.
+    `rclpy` truncates it to 0 ns, and polls until the duration is over; in a run, no time would pass between two polls.
     """
     return max(int(duration_s * 1e9), 1) if duration_s > 0 else int(duration_s * 1e9)
 
@@ -34,7 +38,7 @@ def system_ns(kernel: Kernel) -> int:
     return EPOCH_NS + kernel.now_us * 1000
 
 
-_WITHOUT_CLOCK_TOPIC = "ros2 without /clock"
+_WITHOUT_CLOCK_TOPIC = "ros2 without /clock"  # key of `Kernel.own`
 
 
 def need_no_clock_topic(kernel: Kernel) -> None:
@@ -236,12 +240,6 @@ class ClockEvent(Waitable):
 
 class RosTimer(Waitable):
     """Like `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
-
-    Args:
-        clock: the clock whose time counts.
-        context: the node's context.
-        period_nsec: at least 0.
-        autostart: whether it runs at once.
 
     Raises:
         RCLError: a negative period, or the context is shut down.

@@ -1,6 +1,7 @@
-"""Contexts and nodes of `rclpy` on the kernel.
+"""Simulates the contexts (`Context`) and nodes (`GraphNode`) of `rclpy`.
 
-`extension` gives these classes to `rclpy` in place of those of its C++ extension, as it does with other modules here.
+`extension` gives `Context`, and a subclass of `GraphNode`, to `rclpy` in place of the classes of its C++ extension. A
+`WorldNode` of the simulated world uses them, too.
 """
 
 from __future__ import annotations
@@ -77,14 +78,7 @@ class Context(Destroyable):
                 node.leave()
 
     def require_valid(self, action: str) -> None:
-        """Refuse what needs a context that is not shut down.
-
-        Args:
-            action: what it is needed for, such as "create timer".
-
-        Raises:
-            RCLError: it is shut down.
-        """
+        """Raise RCLError if the context is shut down; `action`, such as "create timer", is what needs it."""
         if not self.is_valid:
             problem = "the given context is not valid, either rcl_init() was not called or rcl_shutdown() was called."
             raise RCLError(f"failed to {action}: {problem}")

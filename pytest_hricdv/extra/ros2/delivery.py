@@ -1,5 +1,6 @@
-"""`Delivery`, the timing of a middleware: the delay and loss of each message, drawn from the seed of the test.
+"""`Delivery`, the timing of a middleware: draws the delay and loss of each message from the seed of the test.
 
+`Bridge` calls `arrival` for each message, if the testbench declares delays, losses or reordering (`is_timed`).
 Each message has its own random generator, seeded with its sender, name and number. Removing actions from a test, as
 shrinking does, therefore does not change when the other messages arrive.
 """
@@ -18,7 +19,7 @@ from pytest_hricdv.generate.sampler import Uniform
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-_WILD = frozenset("*?[")
+_WILD = frozenset("*?[")  # the characters that make a name a pattern
 
 
 @dataclass(frozen=True)
@@ -76,12 +77,7 @@ def timing_fields(declared: Ros2) -> dict[str, str]:
 
 
 class Delivery:
-    """Draws when each message arrives.
-
-    Args:
-        declared: the declaration, checked by `check_timing`.
-        now_s: the time of the run (s).
-    """
+    """Draws when each message arrives, by a declaration that `check_timing` has checked; `now_s` is simulated time."""
 
     def __init__(self, declared: Ros2, seed: int, now_s: Callable[[], float]) -> None:
         self._declared, self._seed, self._now_s = declared, seed, now_s

@@ -1,4 +1,7 @@
-"""`load_entry`: imports the entry "package.module:name" of a node, and returns what its process is to call."""
+"""`load_entry`: imports the entry "package.module:name" of a node, and returns the function that its process calls.
+
+`executables` calls it for a declared `RosNode`, and `launch_processes` for the nodes of launch files.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
-    """Import a function, or a class of nodes; what its process is to call.
+    """Import a function, or a class of nodes. Returns the main function of its process, without parameters.
 
     Args:
         what: what is started, for messages.

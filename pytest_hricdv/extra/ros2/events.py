@@ -1,7 +1,8 @@
 """QoS events of publishers and subscriptions (DDS 1.4, 2.2.4.1): matches, mismatches, deadlines, liveliness, losses.
 
-`topics` counts them in an `EndpointEvents`. As in DDS, a reader notices a lost message when the next one of its
-publisher arrives.
+`topics` gives each publisher and subscription an `EndpointEvents`, which counts its events. `extension` gives `rclpy`
+the class `EventHandle`, from which executors take the counts (`EventStatus`). As in DDS, a reader notices a lost
+message when the next one of the same publisher arrives.
 """
 
 from __future__ import annotations
@@ -45,14 +46,14 @@ class PublisherEventType(IntEnum):
 
 @dataclass
 class EventStatus(ABC):
-    """The totals of an event; fields that end with `_change` count since the status was last taken."""
+    """Counts of one kind of event; fields that end with `_change` count since the status was last taken."""
 
     @abstractmethod
     def has_changed(self) -> bool:
-        """Whether one of these fields is not 0. Executors ask at each step."""
+        """Whether a field that ends with `_change` is not 0. Executors ask at each step."""
 
     def take(self) -> Any:
-        """A copy; counting of changes begins again."""
+        """A copy; the fields that end with `_change` are then 0 again."""
         copy = replace(self)
         vars(self).update(dict.fromkeys((name for name in vars(self) if name.endswith("_change")), 0))
         return copy

@@ -1,4 +1,8 @@
-"""Finds the Python code of the executables of nodes and launch files, or its replacement; parses command lines."""
+"""Finds the Python code of the executables of nodes and launch files, or what replaces them in a testbench.
+
+`Executables.of` returns the code for a `Command` of a launch file (`launch_processes` calls it). For a declared
+`RosNode`, `entry_point` returns the entry and `load` the main function (`Ros2Overlay` and `Ros2Execution` call them).
+"""
 
 from __future__ import annotations
 
@@ -32,18 +36,13 @@ from pytest_hricdv.extra.ros2.packages import (
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _CONTAINERS = "rclcpp_components/component_container*"
-"""Containers of composable nodes: only what is loaded into them is a matter of the testbench."""
+"""Pattern of the containers of composable nodes: a testbench declares the nodes loaded into them, no container."""
 _PATH_LENGTH = 3
-"""Number of parts at the end of an executable's path: lib/PACKAGE/EXECUTABLE."""
+"""Number of last parts of an executable's path that identify it: lib/PACKAGE/EXECUTABLE."""
 
 
 class ForeignExecutableError(LaunchError):
-    """An executable that is not Python, and for which nothing stands.
-
-    Args:
-        name: its name in `Launch.executables`.
-        message: the message that says so.
-    """
+    """An executable is not Python and has no replacement; `name` is its name in `Launch.executables`."""
 
     def __init__(self, name: str, message: str) -> None:
         super().__init__(message)
@@ -56,7 +55,7 @@ class Command:
 
     Args:
         name: "package/executable" of a node, else the command's first word.
-        argv: its `sys.argv`.
+        argv: the whole command line, `sys.argv` of its process.
     """
 
     name: str
@@ -84,12 +83,7 @@ def command(words: Sequence[str]) -> Command:
 
 @dataclass(frozen=True)
 class Executables:
-    """Locates the code of the executables that a launch file starts.
-
-    Args:
-        launch: the declaration, with what replaces executables.
-        sources: packages that are there as sources, by name.
-    """
+    """Locates the code of the executables that a launch file starts, also in packages in source form."""
 
     launch: Launch
     sources: Mapping[str, SourcePackage]

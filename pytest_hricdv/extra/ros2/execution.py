@@ -1,4 +1,8 @@
-"""ROS 2 in the execution of tests: the vocabulary of the graph, and `rclpy` in virtual time."""
+"""`Ros2Execution`: what ROS 2 adds to the execution of tests if the testbench declares a ROS 2 system.
+
+It is the `EXECUTION` of this feature (see `registry`). `prepare` checks the declaration before tests run, `topics`
+returns the names that requirements may use, and `middleware` a `Ros2Overlay` for each run.
+"""
 
 from __future__ import annotations
 

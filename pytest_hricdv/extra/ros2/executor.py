@@ -1,8 +1,9 @@
 """Lets executors of `rclpy` check which entities are ready, instead of building a wait set for each callback.
 
-`rclpy` spends most of its time building wait sets (rclpy#1461). Here an executor blocks in the kernel while none of its
-entities is ready, and is woken when one becomes so. While coroutines are in progress, it waits as `rclpy` does. The
-callbacks and their order are the same.
+`overlay` calls `check_entities_when_waiting` once `rclpy.executors` is imported; `events_executor` makes the newer
+`EventsExecutor`. `rclpy` spends most of its time building wait sets (rclpy#1461). Here an executor blocks in the kernel
+while none of its entities is ready, and is woken when one becomes ready. While coroutines are in progress, it waits as
+`rclpy` does. The callbacks and their order are the same.
 """
 
 from __future__ import annotations
@@ -30,15 +31,12 @@ _PLAIN = (
 )
 """Entities of nodes, in the order in which `rclpy` checks them -> how an executor takes their data."""
 
+# The methods of `rclpy`'s `Executor` that this module replaces or calls
 _USED = ("_wait_for_ready_callbacks", "_make_handler", *(take for _, take in _PLAIN), "_take_waitable")
 
 
 def check_entities_when_waiting(executors: Any) -> None:
-    """Patch executors to wait in this way; a second call has no effect.
-
-    Args:
-        executors: the module `rclpy.executors`. One that lacks what this uses is left as it is.
-    """
+    """Patch `Executor` in the module `rclpy.executors`, once, and only if it has all methods in `_USED`."""
     # Checked by name: `rclpy` changes such methods between distributions, and is slower but right without this.
     kind = getattr(executors, "Executor", None)  # the module may be in the middle of its import
     if (
@@ -133,12 +131,7 @@ class _Waitables:
 
 
 class Entities:
-    """The entities that an executor waits for now.
-
-    Args:
-        executor: the executor of `rclpy`.
-        nodes: the nodes whose entities count.
-    """
+    """The entities of some nodes of `rclpy` that an executor waits for now."""
 
     def __init__(self, executor: Any, nodes: Sequence[Any]) -> None:
         self._executor = executor

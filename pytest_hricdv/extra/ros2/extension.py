@@ -1,4 +1,7 @@
-"""The replacement of `rclpy._rclpy_pybind11`: all its names, implemented by the modules of this package."""
+"""The replacement of `rclpy._rclpy_pybind11`: all its names, implemented by the modules of this package.
+
+`extension` makes the module; `overlay.replace_extension` enters it in `sys.modules` before `rclpy` is imported.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,7 @@ _EVENTS_EXECUTOR = "EventsExecutor"
 
 
 class SignalHandlerOptions(IntEnum):
-    """Like that of the extension."""
+    """Like that of the extension: the signals that `rclpy` asks to handle."""
 
     NO = 0
     SIGINT = 1
@@ -48,7 +51,7 @@ _SIGNAL_HANDLERS = "ros2 signal handlers"
 
 
 class TypeDescriptionService(handles.Destroyable):
-    """The service by which a node tells the definitions of its types. There is none: what is loaded are classes."""
+    """The service that returns the definitions of a node's types. It knows none: only generated classes are loaded."""
 
     def __init__(self, node: contexts.GraphNode) -> None:
         super().__init__(node.kernel)

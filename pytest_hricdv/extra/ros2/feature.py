@@ -1,4 +1,8 @@
-"""Notes on the ROS graph of a run, such as QoS that does not match, which fail no test: kept in results, and shown."""
+"""Shows notes on the ROS graph of a run, such as QoS profiles that do not match. Notes fail no test.
+
+`Ros2Feature` (`FEATURE` of the registry) adds the notes of each run to its test's result, and `Ros2View` shows all of
+them in the terminal and on the page.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 NOTES: TestSection[Names] = TestSection("ros2_notes", Names, ())
-"""A sentence each, such as on qualities of service that do not match, with both ends."""
+"""The notes of a test, a sentence each, such as on a publisher and a subscription whose QoS does not match."""
 
 TEST_SECTIONS = (NOTES,)
 
@@ -43,7 +47,7 @@ class Ros2View(View):
     name = "ros2"
 
     def findings(self, report: Report) -> Iterator[Line]:
-        """The sentences, each once, with the number of tests that they are of."""
+        """Each note once, with the number of tests that have it."""
         from pytest_hricdv.report.formatting import Line, plural
 
         for sentence, tests in _notes(report).items():

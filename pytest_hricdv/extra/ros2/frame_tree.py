@@ -1,6 +1,7 @@
-"""`FrameTree` of tf2, for the replaced `tf2_py` (`tf2`): the transforms of each frame, and lookups along the tree.
+"""`FrameTree` of tf2: keeps the transforms of each frame, and looks transforms up along the tree.
 
-Error messages are those of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest common time.
+`BufferCore` in `tf2`, which replaces `tf2_py`, has one `FrameTree`. Error messages and the classes of errors are those
+of tf2's `BufferCore`. Times are in nanoseconds; 0 means the latest common time.
 """
 
 from __future__ import annotations
@@ -57,11 +58,7 @@ EXCEPTIONS = (
 
 
 class FrameTree:
-    """Frames by name, each with the transforms to its parent.
-
-    Args:
-        keeps_ns: how long transforms are kept (ns).
-    """
+    """Frames by name, each with the transforms to its parent, which are kept for `keeps_ns`."""
 
     def __init__(self, keeps_ns: int) -> None:
         self._keeps_ns = keeps_ns

@@ -1,4 +1,9 @@
-"""`Graph`, the ROS graph of one domain in a run: publishers, subscriptions, services, clients, and notes on them."""
+"""`Graph`, the ROS graph of one domain in a run: publishers, subscriptions, services, clients, and notes on them.
+
+`graph_of` returns the graph of a domain; each `Context` has one. What joins it is a `GraphEntity`. `carry_with` sets
+the `Bridge` of a run, `note` adds a note, and `notes_of` returns all notes to `Ros2Overlay` after the run. The other
+functions answer the queries of `rclpy`, such as for the names and types of topics.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +26,7 @@ class NodeNameNonExistentError(RCLError):
 
 
 class Carrier(Protocol):
-    """Sees what goes over topics and services; see `bridge.Bridge`."""
+    """Delivers what is sent over topics and services; implemented by `bridge.Bridge`."""
 
     def admit(self, domain: int, node: str, full_name: str, kind: str) -> None: ...
 

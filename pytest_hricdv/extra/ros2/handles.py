@@ -1,4 +1,8 @@
-"""Base classes of the handles that `rclpy` holds, as of publishers: `Destroyable`, and `Waitable` in wait sets."""
+"""Base classes of the handles that `rclpy` holds, such as publishers: `Destroyable`, and `Waitable` for wait sets.
+
+Other modules of this package derive their classes from these. `current_kernel` returns the kernel of the node that
+calls it; `RCLError` and `InvalidHandle` are the errors that `rclpy` expects.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class RCLError(RuntimeError):
-    """Like that of the extension: the client library refuses."""
+    """Like that of the extension: the ROS client library refuses a call."""
 
 
 class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
@@ -25,7 +29,7 @@ class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
 
 
 def node_that_runs() -> Node | None:
-    """The running node; None outside of one, also while Python ends and finalizers of `rclpy` are called."""
+    """The running node; None outside of nodes, and while Python ends and calls finalizers of `rclpy`."""
     try:
         return current_node()
     except RuntimeError:
@@ -36,7 +40,7 @@ def current_kernel(action: str) -> Kernel:
     """The kernel of the running node.
 
     Raises:
-        KernelError: outside of a node, where there is no virtual time to do it in.
+        KernelError: outside of a node, where there is no virtual time.
     """
     node = current_node()
     if node is None:
@@ -51,10 +55,10 @@ def _numbers(kernel: Kernel) -> Iterator[int]:
 
 
 class Destroyable:
-    """A handle. Used as a context manager it stays valid until the block ends, also when it is destroyed in it.
+    """A handle. As a context manager it stays valid until the block ends, even if it is destroyed within the block.
 
-    Once its run is over it can be used in any way, to no effect: finalizers of `rclpy` destroy handles in an order that
-    nobody knows, also while Python collects the garbage of a run in the midst of the next one.
+    Once its run is over, all its methods have no effect: finalizers of `rclpy` destroy handles in an unknown order,
+    also when Python collects the garbage of one run during the next one.
 
     Raises:
         InvalidHandle: entered after it was destroyed, in its run.

@@ -1,6 +1,8 @@
 """Generates the classes of messages, services and actions from interface files of packages that are not installed.
 
-They are like those that `rosidl` generates: slots, defaults, checked setters, `SLOT_TYPES`.
+`class_of_file` makes the class for one file, parsed by `interface_text`; `interface_packages` calls it when code under
+test imports the class. The classes are like those that `rosidl` generates: slots, defaults, checked setters,
+`SLOT_TYPES`.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ _ARRAY_CODES = {
     "int64": "q",
     "uint64": "Q",
 }
-"""Type of numbers -> the code of `array.array`; numpy understands them, too."""
+"""Type of numbers -> the type code of `array.array`, which numpy understands, too."""
 
 _KINDS: dict[str, type] = {
     "boolean": bool,
@@ -43,11 +45,11 @@ _KINDS: dict[str, type] = {
     "string": str,
     "wstring": str,
 }
-_MAX_FLOAT32 = 3.4028234663852886e38
+_MAX_FLOAT32 = 3.4028234663852886e38  # the largest float32
 
 
 class _Interface(type):
-    """The interface of a message class in `rclpy`: it has a type support, which converts nothing."""
+    """The metaclass of messages, with the attributes that `rclpy` expects: a type support, which converts nothing."""
 
     _CREATE_ROS_MESSAGE = _CONVERT_FROM_PY = _CONVERT_TO_PY = _DESTROY_ROS_MESSAGE = _TYPE_SUPPORT = "not converted"
 

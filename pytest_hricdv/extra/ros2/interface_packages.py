@@ -1,4 +1,8 @@
-"""Imports interface packages that are not installed, from the folders of their interface files."""
+"""Imports interface packages that are not installed, from the folders of their interface files.
+
+`vocabulary` in `bridge` calls `provide_interfaces` with the folders that a testbench declares, `Ros2(interfaces=...)`.
+`import my_msgs.msg` then finds a module whose classes `interface_classes` generates.
+"""
 
 from __future__ import annotations
 

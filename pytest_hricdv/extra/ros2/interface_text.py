@@ -1,4 +1,8 @@
-"""Parses interface files (`.msg`, `.srv`, `.action`) with `rosidl_adapter` of ROS 2, for `interface_classes`."""
+"""Parses interface files (`.msg`, `.srv`, `.action`) with `rosidl_adapter` of ROS 2.
+
+`parts_of` returns the messages of a file, each a `Part` with its fields and constants. `interface_classes` generates
+classes from them.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from typing import Any
 from pytest_hricdv.declarations.ros2 import Ros2Error
 
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
-"""Name of a type in interface files -> in IDL, where they differ."""
+"""Name of a basic type in interface files -> its name in IDL, where they differ."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
-"""Launch files, run by the `launch` and `launch_ros` that are installed, in virtual time.
+"""Runs launch files with the installed `launch` and `launch_ros`, in virtual time.
 
-The launch system is a program of asyncio. Here it is one more process of the run, whose event loop waits in the kernel.
-Only what starts processes of the operating system is replaced; see `launch_processes`.
+`Ros2Overlay` calls `find` for each declared `Launch`, and runs `launch_body` in the `Process` that `launch_process`
+makes. The launch system is a program of asyncio, whose event loop here waits in the kernel. Only its functions that
+start processes of the operating system are replaced; see `launch_processes`.
 """
 
 from __future__ import annotations
@@ -35,21 +36,15 @@ from pytest_hricdv.runtime.virtual.event_loop import VirtualEventLoop
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 PACKAGES = ("launch", "launch_ros", "launch_xml", "launch_yaml", "osrf_pycommon")
-"""The launch system: it waits in virtual time."""
+"""The packages of the launch system, which run in virtual time."""
 
 _INSTANT_S = 1e-6
-"""The shortest time that passes in a run."""
+"""The resolution of virtual time (s)."""
 
 
 @dataclass(frozen=True)
 class LaunchFile:
-    """A launch file that was found.
-
-    Args:
-        launch: the declaration.
-        path: the file's path.
-        sources: packages that are there as sources, by name.
-    """
+    """A launch file that was found, with the packages in source form around it, by name."""
 
     launch: Launch
     path: Path
@@ -57,7 +52,7 @@ class LaunchFile:
 
     @cached_property
     def executables(self) -> Executables:
-        """The locations of the code that it starts."""
+        """Finds the code of the executables that the file starts."""
         return Executables(self.launch, self.sources)
 
 

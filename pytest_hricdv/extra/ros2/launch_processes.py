@@ -1,6 +1,7 @@
 """Runs the processes of a launch file as nodes of the kernel; its event handlers see them start, get signals and exit.
 
-`Processes.start` replaces `osrf_pycommon.process_utils.async_execute_process`, which starts real processes.
+`launch_files` replaces `osrf_pycommon.process_utils.async_execute_process`, which starts real processes, by
+`Processes.start`. A function that a testbench declares in place of an executable gets a `LaunchedProcess`.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from pytest_hricdv.runtime.kernel import Kernel, Node
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
-"""Returns a function that does the same, and is measured."""
+"""Returns a function that does the same, with its coverage measured."""
 
 
 @dataclass(frozen=True)

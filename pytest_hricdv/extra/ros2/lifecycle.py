@@ -1,4 +1,7 @@
-"""`LifecycleStateMachine` of a managed node (ROS 2 design article "Managed nodes"), numbered as in `lifecycle_msgs`."""
+"""`LifecycleStateMachine` of a managed node (ROS 2 design article "Managed nodes"), numbered as in `lifecycle_msgs`.
+
+`extension` gives it to `rclpy`, for lifecycle nodes under test; `ManagedNode` of the kit, a fake, has one, too.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from pytest_hricdv.extra.ros2.services import ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher
 
 Transition = tuple[int, str, int, str, int, str]
-"""Number and label of a transition, of the state in which it begins, and of that in which it ends."""
+"""Number and label of a transition, of its start state, and of its end state."""
 
 _STATES = {
     0: "unknown",
@@ -47,7 +50,7 @@ _OUTCOMES = (
     (50, "shuttingdown", ("finalized", "finalized", "errorprocessing")),
     (60, "errorprocessing", ("unconfigured", "finalized", "finalized")),
 )
-"""Number of the first outcome, the state of the callback, and where success, failure and an error lead."""
+"""Number of the first of three transitions, state of the callback, and states after success, failure and an error."""
 
 
 class CallbackReturn(IntEnum):

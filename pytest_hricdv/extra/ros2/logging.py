@@ -1,4 +1,8 @@
-"""Loggers of `rclpy` on the kernel: levels by name, and a log of each run (`RosLog`) with its simulated times."""
+"""Simulates the loggers of `rclpy`: each run has a `RosLog` with the levels of loggers, and log entries.
+
+`extension` gives the functions of this module to `rclpy`. `log_of` returns the log of a run, from which a node of
+`extension` publishes its entries on `/rosout`.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +36,7 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True)
 class LogEntry:
-    """A log entry: its text, when (s of simulated time), by which logger, and where."""
+    """A log entry: its text, its time (s, simulated), its logger, and the location of the call."""
 
     time_s: float
     severity: Severity
@@ -45,7 +49,7 @@ class LogEntry:
 
 @dataclass
 class RosLog:
-    """The log of a run, and the levels of its loggers, of each process its own."""
+    """The log of a run, and the levels of its loggers; each process has its own levels."""
 
     levels: dict[object, dict[str, int]] = field(default_factory=dict)
     """Process -> name of a logger -> its level; "" is the one that all others inherit from."""

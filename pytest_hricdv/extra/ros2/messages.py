@@ -1,11 +1,11 @@
-"""Messages of ROS 2 and their generated classes: copies, names of types, fields for a record, and bytes.
+"""Handles messages of ROS 2 through their generated classes: copies, names of types, fields for a record, and bytes.
 
-A record has the fields as a flat mapping of names such as "pose.position.x" to plain values. Of an array or a sequence
-it has the length, as `name.length`, and a checksum of the content, as `name.crc`: runs with equal hashes had equal
-messages.
-
-Bytes are Common Data Representation, little endian (OMG DDSI-RTPS 2.3, 10.2; XCDR version 1). A generated class says
-what its fields are: `SLOT_TYPES` has objects whose classes name the kind of type.
+- `copy_message` and `type_name` are used by publishers and services, `import_type` wherever a type is named.
+- `fields_of` gives the `Bridge` the fields of a message for the record: a flat mapping of names such as
+  "pose.position.x" to plain values. An array or a sequence has its length, as `name.length`, and a checksum of its
+  content, as `name.crc`: runs with equal hashes had equal messages.
+- `serialize` and `deserialize` convert to and from Common Data Representation, little endian (OMG DDSI-RTPS 2.3, 10.2;
+  XCDR version 1), as in bags. `SLOT_TYPES` of a generated class has objects whose classes name the kinds of its fields.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class RosMessage:
     Args:
         name: full name of the topic or service.
         direction: "request" or "response" of a service, "" of a topic.
-        message: nobody changes it any more.
+        message: a copy that nobody changes.
     """
 
     name: str
@@ -50,9 +50,10 @@ _IMMUTABLE = (bool, int, float, str, bytes, type(None))
 
 
 def copy_message(message: Any) -> Any:
-    """A copy that shares nothing with the message that can change, as if it had been sent.
+    """A deep copy of a message, equal to what a receiver would get.
 
-    `rosidl` generates classes with a slot for each field. A float32 is rounded to one, which in Python it is not.
+    `rosidl` generates classes with a slot for each field. Values of float32 fields, in Python of double precision, are
+    rounded to float32.
     """
     kind: Any = type(message)
     made = kind.__new__(kind)

@@ -1,6 +1,8 @@
-"""Names of topics, services and nodes, checked and expanded as ROS 2 does.
+"""Checks and expands names of topics, services and nodes as ROS 2 does.
 
-Source: the ROS 2 design article "Topic and Service name mapping".
+The functions with `_fault` return what is wrong with a name; `expand` makes a full name of a relative or private one.
+`contexts` uses them for each node, and `extension` gives them to `rclpy`. Source: the ROS 2 design article "Topic and
+Service name mapping".
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ NameFault = tuple[str, int]
 
 _MAX_LENGTH = 255  # of rmw, RMW_NODE_NAME_MAX_NAME_LENGTH
 _Rules = tuple[tuple[str, str], ...]
-"""Pattern of what must not be in a name -> the message."""
+"""Pairs of a pattern that must not match a name, and the message if it does."""
 
 _NODE: _Rules = (
     (r"\A\Z", "node name must not be empty"),

@@ -1,4 +1,8 @@
-"""Runs the installed `rclpy` in virtual time, by replacing its C++ extension before `rclpy` is imported."""
+"""Runs the installed `rclpy` in virtual time, by replacing its C++ extension before `rclpy` is imported.
+
+`replace_extension` does so once per process; `system.prepare` calls it, or the process that imports the code under
+test for coverage (`Ros2Execution.before_imports`). `Ros2Overlay` calls `adapt_rclpy` after each import of a module.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +28,11 @@ T = TypeVar("T", bound=Hashable)
 _TYPE_SUPPORTS = "rosidl_generator_py"
 
 _VISITING_SETS = ("rclpy.executors", "rclpy.time_source", "rclpy.lifecycle.node")
-"""Modules that iterate over sets of nodes, ordered by address, which differs between runs."""
+"""Modules that iterate over sets of nodes. The order of a set depends on addresses, which differ between runs."""
 
 
 class _TypeSupport:
-    """Stands for the C type support of a message class, which must exist although nothing is converted."""
+    """Replaces the C type support of a message class, which must exist although nothing is converted."""
 
     def __getattr__(self, name: str) -> object:
         if name.startswith("__"):

@@ -1,7 +1,8 @@
-"""ROS 2 packages in source form: their folders in a workspace, and the console scripts that they declare.
+"""Finds ROS 2 packages in source form in a workspace, and the console scripts that they declare.
 
-A package that is not built has neither a marker in the index of packages nor scripts. `add_to_index` makes a folder of
-markers, as `colcon build --symlink-install` would, which is an entry of AMENT_PREFIX_PATH while launch files are run.
+`launch_files` calls `packages_around` for the packages around a launch file, `executables` calls `console_scripts` for
+the code of an executable. A package that is not built is missing in the index of packages: `add_to_index` makes a
+folder of markers, as `colcon build --symlink-install` would, for AMENT_PREFIX_PATH while launch files run.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from pytest_hricdv.declarations.ros2 import LaunchError
 
 _MANIFEST = "package.xml"
 _NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "site-packages", "__pycache__"})
-"""Folders of a workspace in which colcon and Python keep what they have made."""
+"""Folders of a workspace that have no sources, but what colcon, Python and npm have made or installed."""
+# A folder with one of these files has no packages
 _IGNORING = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _DEPTH = 4
 """Greatest depth of packages below a workspace: src/repository/group/package."""
@@ -45,10 +47,10 @@ class SourcePackage:
 
 
 def packages_around(file: Path, workspace: Iterable[Path] = ()) -> dict[str, SourcePackage]:
-    """Packages whose sources are near a file: the one that it is in, its neighbours, and those of workspaces.
+    """Packages whose sources are near a file: the package that the file is in, its neighbours, and those of workspaces.
 
     Args:
-        file: such as a launch file.
+        file: a file, such as a launch file.
         workspace: other folders; their packages take precedence.
     """
     own = next((folder for folder in file.absolute().parents if (folder / _MANIFEST).is_file()), None)

@@ -1,6 +1,8 @@
 """Simulates the processes of a ROS 2 system in one operating-system process, by giving each its own module variables.
 
-`rclpy.init()` stores its context in a module variable, and so does code that expects a process of its own.
+`Ros2Overlay` and `launch_processes` make a `Process` for each node, and the kernel runs the function that its `wrap`
+returns; `process_of` returns the process of a kernel's node. Each process has its own values of the `ModuleVariables`,
+since `rclpy.init()` stores its context in a module variable, as does code that expects a process of its own.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 Body = Callable[[], None]
 """A function that a process runs."""
 
-_PROCESS = "ros2 process"
+_PROCESS = "ros2 process"  # key of `Node.own`
 
 
 def process_of(node: Node | None) -> Process | None:
@@ -61,11 +63,7 @@ def _set_by_functions(file: str) -> frozenset[str]:
 
 
 class ModuleVariables:
-    """The module variables that functions of some packages set, and `sys.argv` and `os.environ`.
-
-    Args:
-        packages: names of the packages.
-    """
+    """The module variables that functions of some packages set, and `sys.argv` and `os.environ`."""
 
     def __init__(self, packages: Iterable[str]) -> None:
         self._packages = frozenset(package.partition(".")[0] for package in packages)

@@ -1,4 +1,8 @@
-"""Quality of service: profiles, and which publishers and subscriptions match (DDS 1.4, 2.2.3), for `topics`."""
+"""Quality of service: profiles, and which publishers and subscriptions match (DDS 1.4, 2.2.3).
+
+`topics` and `services` give each endpoint a `Profile`, which `effective` completes with defaults. `mismatches` says
+which policies keep a subscription from matching a publisher; `check_compatible` says it to `rclpy`.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2.clocks import Duration
 from pytest_hricdv.extra.ros2.messages import NS_PER_S
 
-# As in rmw: the longest duration, and the one before it, which means "the other side's".
+# As in rmw (ns): an infinite duration, and the duration that means "as the other endpoint's".
 INFINITE_NS = 2**63 - 1
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
@@ -30,7 +34,7 @@ class QosPolicyKind(IntEnum):
     RMW_QOS_POLICY_AVOID_ROS_NAMESPACE_CONVENTIONS = 512
 
 
-# The numbers of rmw/types.h; 0 leaves a policy to the system.
+# The values of policies in rmw/types.h; 0 leaves a policy to the system.
 KEEP_LAST, KEEP_ALL = 1, 2
 RELIABLE, BEST_EFFORT = 1, 2
 TRANSIENT_LOCAL, VOLATILE = 1, 2
@@ -57,7 +61,7 @@ class CompatibilityResult:
 
 @dataclass(frozen=True)
 class Profile:
-    """The policies by their numbers in rmw; durations in ns, where 0 means unspecified."""
+    """The QoS policies of an endpoint, as numbers of rmw; durations in ns, where 0 means unspecified."""
 
     history: int = KEEP_LAST
     depth: int = 10

@@ -1,4 +1,7 @@
-"""Services and clients of `rclpy` on the kernel: requests and responses wait in queues until they are taken."""
+"""Simulates the services and clients of `rclpy`: requests and responses wait in queues until they are taken.
+
+`extension` gives `ServiceServer` and `Client` to `rclpy`; actions, managed nodes and the simulated world use them, too.
+"""
 
 from __future__ import annotations
 
@@ -40,13 +43,7 @@ class ServiceEvent(IntEnum):
 
 
 class Introspection:
-    """Publishes what one end of a service sends and receives.
-
-    Args:
-        kind: the kind of the service.
-        clock: stamps the events.
-        state: whether the events have the request and the response.
-    """
+    """Publishes what one end of a service sends and receives; `state` says whether with requests and responses."""
 
     def __init__(
         self, node: GraphNode, kind: type[Any], service: str, clock: Clock, profile: Profile, state: IntrospectionState
@@ -57,7 +54,7 @@ class Introspection:
         self._publisher = Publisher(node, self._kind.Event, f"{service}/_service_event", profile)
 
     def publish(self, event: ServiceEvent, client: int, sequence_number: int, content: Any) -> None:
-        """Publish one event of the request of that number of a client, which its pointer names."""
+        """Publish one event of a request, which the client (a number) and the sequence number identify."""
         message = self._kind.Event()
         message.info.event_type = int(event)
         set_stamp(message.info.stamp, self._clock.now_ns())

@@ -1,6 +1,8 @@
 """Runs a ROS 2 system as the code under test: `Ros2Overlay` starts its nodes, with `rclpy` in virtual time.
 
-The world joins their graph through `StartedSystem`. After the run, `stuck_nodes` names nodes that wait for ever.
+`Ros2Execution.middleware` makes one for each run. The world joins the graph through the `StartedSystem` that
+`Ros2Overlay.start` returns. After the run, `stuck_nodes` names nodes that wait for ever. `prepare` replaces the
+extension of `rclpy` in this process.
 """
 
 from __future__ import annotations
@@ -38,6 +40,7 @@ from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual import VirtualModules
 
+# Modules and functions that are on the stack of a node while it waits
 _WAITING_FOR_RESPONSES = {
     ("rclpy.client", "call"),
     ("rclpy.executors", "spin_until_future_complete"),
@@ -202,15 +205,7 @@ Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
 
 
 class Ros2Overlay:
-    """`rclpy` in virtual time, for one run.
-
-    Args:
-        declared: the testbench's declaration.
-        code: the packages under test.
-
-    Raises:
-        Ros2Error: as for `prepare`.
-    """
+    """`rclpy` and the packages under test in virtual time, for one run. Raises Ros2Error as `prepare` does."""
 
     virtual = frozenset({"time", "threading"})
     """The APIs that ROS 2 nodes wait with."""

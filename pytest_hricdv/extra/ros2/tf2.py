@@ -1,6 +1,7 @@
-"""Replaces `tf2_py`, the C++ part of tf2, where it is not installed: `tf2_ros` for Python runs on it.
+"""Replaces `tf2_py`, the C++ part of tf2, if it is not installed: `tf2_ros` for Python runs on this module.
 
-Names, messages of errors and results are those of tf2's `BufferCore`; its own tests in Python are run on this one.
+`overlay.replace_extension` calls `replace_tf2`. `BufferCore` keeps its transforms in a `FrameTree`. Names, messages of
+errors and results are those of tf2's `BufferCore`; tf2's own tests in Python are run on this one.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 NAME = "tf2_py"
 _CACHE_NS = 10 * 10**9
-"""Like `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
+"""How long transforms are kept by default (ns): `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
 _TOLERANCE = 10e-3
 """Tolerance of the squared length of a quaternion, as `QUATERNION_NORMALIZATION_TOLERANCE` of tf2."""
 
@@ -42,11 +43,7 @@ def _ns(time: Any) -> int:
 
 
 class BufferCore:
-    """Like `tf2_py.BufferCore`: the tree of frames, each with its transforms over time.
-
-    Args:
-        cache_time: how long transforms are kept, as a duration; 10 s by default.
-    """
+    """Like `tf2_py.BufferCore`: the tree of frames, with transforms over the duration `cache_time` (default: 10 s)."""
 
     def __init__(self, cache_time: Any = None) -> None:
         with suppress(ImportError):  # as the extension: who uses it finds these in `rclpy`, where that can be loaded

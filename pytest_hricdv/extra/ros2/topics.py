@@ -1,6 +1,7 @@
-"""Publishers and subscriptions of `rclpy` on the kernel.
+"""Simulates the publishers (`Publisher`) and subscriptions (`TopicSubscription`) of `rclpy`.
 
-A message arrives at the instant at which it is published, as a copy, unless the testbench declares delays (`delivery`).
+`extension` gives them to `rclpy`; services, actions and the simulated world use them, too. A message arrives at the
+instant at which it is published, as a copy, unless the testbench declares delays (`delivery`).
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ class _TopicEndpoint(GraphEntity):
     """The time of the last message sent or received, in the kernel's time (ns)."""
 
     def _admit(self) -> None:
-        """Ask whether the graph takes it.
+        """Check that the topic has no other type.
 
         Raises:
-            InputError: the testbench or another node has another type for the topic.
-            RCLError: its own process has; between two processes nothing is heard.
+            InputError: the testbench declares another type, or another process uses one.
+            RCLError: the same process uses another type.
         """
         self.node.admit(self.full_name, self.kind)
         graph, own = self.node.graph, type_name(self.kind)

@@ -1,7 +1,8 @@
-"""Rigid transforms and their interpolation over time, for the `frame_tree` of tf2.
+"""Rigid transforms and their interpolation over time, for `frame_tree` and `tf2`.
 
-Quaternions are (x, y, z, w), as messages have them. Formulas and their order are those of tf2's `LinearMath`, so that
-results agree to the last digits.
+A `Transform` is a rotation and a translation. The transforms of a frame over time are a `MovingFrame`, which
+interpolates, or a `StaticFrame`. Quaternions are (x, y, z, w), as in messages. Formulas and their order are those of
+tf2's `LinearMath`, so that results agree to the last digits.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def inverse(q: Quaternion) -> Quaternion:
-    """The rotation back, of a quaternion of length 1."""
+    """The inverse rotation of a quaternion of length 1."""
     return (-q[0], -q[1], -q[2], q[3])
 
 
@@ -46,16 +47,12 @@ def add(a: Vector, b: Vector) -> Vector:
 
 
 def negate(v: Vector) -> Vector:
-    """The vector back."""
+    """The vector in the opposite direction."""
     return (-v[0], -v[1], -v[2])
 
 
 def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
-    """The rotation between two, on the shorter arc (Shoemake 1985).
-
-    Args:
-        share: 0 is `a`, 1 is `b`.
-    """
+    """The rotation between `a` (share 0) and `b` (share 1) on the shorter arc (Shoemake 1985)."""
     dot = sum(x * y for x, y in zip(a, b, strict=True))
     length = math.sqrt(sum(x * x for x in a) * sum(x * x for x in b))
     theta = math.acos(max(-1.0, min(1.0, abs(dot) / length)))
@@ -89,12 +86,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class StampedTransform(Transform):
-    """The buffered transform of a frame at a time.
-
-    Args:
-        stamp_ns: when.
-        parent: frame that it is relative to.
-    """
+    """The buffered transform of a frame, relative to its parent frame, at a time."""
 
     stamp_ns: int = 0
     parent: str = ""
@@ -145,11 +137,7 @@ class StaticFrame:
 
 @dataclass
 class MovingFrame:
-    """The transforms of a frame over time, the oldest first.
-
-    Args:
-        keeps_ns: how long before the latest one they are kept.
-    """
+    """The transforms of a frame over time, the oldest first; those of `keeps_ns` before the latest one are kept."""
 
     keeps_ns: int
     _stored: list[StampedTransform] = field(default_factory=list)

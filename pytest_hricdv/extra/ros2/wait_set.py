@@ -1,4 +1,8 @@
-"""Guard conditions and wait sets of `rclpy`: a wait set blocks its node of the kernel until a handle in it is ready."""
+"""Simulates guard conditions and wait sets of `rclpy`: a wait set blocks its node until a handle in it is ready.
+
+`extension` gives `GuardCondition` and `WaitSet` to `rclpy`; the simulated world waits with a `WaitSet`, too. `executor`
+calls `block_until_woken`, which blocks a node in the kernel.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ _KINDS = ("subscription", "guard_condition", "timer", "client", "service", "even
 
 
 class GuardCondition(Waitable):
-    """Like `rcl_guard_condition_t`: triggered until a wait set takes it. Raises RCLError in a context that is over."""
+    """Like `rcl_guard_condition_t`: triggered until a wait set takes it. Raises RCLError if its context has ended."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.kernel)
@@ -24,7 +28,7 @@ class GuardCondition(Waitable):
         self._triggered = False
 
     def trigger_guard_condition(self) -> None:
-        """Wake the wait sets that have it, or the next one that will."""
+        """Wake the wait sets that wait for this, or the next one that does."""
         self._triggered = True
         self.wake()
 
@@ -33,7 +37,7 @@ class GuardCondition(Waitable):
         return self._triggered
 
     def take_readiness(self) -> bool:
-        """Whether it was triggered; it is not any more then."""
+        """Whether it was triggered; resets it."""
         triggered, self._triggered = self._triggered, False
         return triggered
 
@@ -51,7 +55,7 @@ class WaitSet(Destroyable):
         self._ready: dict[str, list[bool]] = {kind: [] for kind in _KINDS}
 
     def _add(self, kind: str, entity: Waitable) -> int:
-        """Wait for a handle, too; returns its index."""
+        """Add a handle to wait for. Returns its index."""
         self._entities[kind].append(entity)
         return len(self._entities[kind]) - 1
 

@@ -1,6 +1,7 @@
 """`StartedSystem`, through which the simulated world takes part in the ROS graph: it publishes, subscribes and serves.
 
-What blocks here blocks a node of the kernel, in simulated time. Messages are those of ROS; nothing of `rclpy` is used.
+`Ros2Overlay.start` makes it, and testbenches get it from `run.ros2`. Its method `node` returns a `WorldNode`. Methods
+that block do so in simulated time. Messages are those of ROS; nothing of `rclpy` is used.
 """
 
 from __future__ import annotations
@@ -53,8 +54,7 @@ class WorldNode(RosWorldNode):
     """A node of the world in the ROS graph.
 
     Args:
-        name: its name in the graph, and of the sender in the record.
-        namespace: its namespace.
+        name: its name in the graph, and as a sender in the record.
         context: the context, with remappings, of a process that it replaces.
     """
 

@@ -1,6 +1,7 @@
 """Action servers of the simulated world, which decides on goals, feedback and results.
 
-A fake of a navigation or a motion planner is a function of a few lines, which blocks in simulated time.
+`WorldNode.serve_action` makes a `ServedAction`. The testbench's function `execute` gets each accepted goal as a
+`ServedGoal` and may block in simulated time, so a fake of navigation is a function of a few lines.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ _KEEPS_S = 900.0
 """Time (s) for which a result is kept, as in `rcl_action_server_get_default_options`."""
 
 _REJECTED = 1
-"""`ERROR_REJECTED` of `action_msgs/srv/CancelGoal`."""
+"""Return code of a cancellation that is refused: `ERROR_REJECTED` of `action_msgs/srv/CancelGoal`."""
 
 Execute = Callable[["ServedGoal"], object]
-"""Serves a goal in a node of its own, and may block."""
+"""The testbench's function that serves a goal. It runs in a node of its own, and may block."""
 
 
 class ServedGoal(RosServedGoal):
-    """A goal that the world has accepted. What `execute` gets; another node of the world may end it, too."""
+    """A goal that the world has accepted. `execute` gets it; other nodes of the world may end it, too."""
 
     def __init__(self, action: ServedAction, goal_id: Any, request: Any, handle: ActionGoalHandle) -> None:
         self.request = request

@@ -1,4 +1,7 @@
-"""A recorded bag as a stimulus: `BagPlayer` publishes its topics in simulated time, along with everything else."""
+"""`BagPlayer`: publishes the topics of a recorded bag in simulated time, as a stimulus for the nodes under test.
+
+Testbenches import it from `pytest_hricdv.ros2`. `read_bag` reads the file.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +30,14 @@ class BagPlayer:
     Args:
         system: the system of `run.ros2`.
         path: the path of the bag's folder, or of a file of it; relative to the folder in which pytest is started.
-        topics: those that are published; None: all but hidden ones.
+        topics: the topics that are published; None: all but hidden ones.
         start_s: how much of the beginning is left out (s of the recording).
-        rate: how much faster than it was recorded.
-        loop: whether it begins again at its end.
-        delay_s: when it begins (s of simulated time from now).
+        rate: how much faster the bag is played than it was recorded.
+        loop: whether the bag begins again at its end.
+        delay_s: when the bag begins (s of simulated time from now).
         shift_stamps: whether stamps of headers are moved with the messages, so that nodes find them as old as they were
             when they were recorded. False: they stay in the time of the recording.
-        node: its name in the graph.
+        node: the player's name in the graph.
 
     Raises:
         BagError: the bag cannot be read, a topic is not in it, the type of one is not installed, or a number is wrong.
@@ -56,7 +59,7 @@ class BagPlayer:
         self._kernel, self._rate, self._loop, self._delay_s = system.kernel, rate, loop, delay_s
         self._shift_stamps = shift_stamps
         self.is_over = False
-        """Whether all has been published; never of a loop."""
+        """Whether all messages have been published; always false with `loop`."""
         content = read_bag(Path(path), topics)
         self._bag = content.path
         self._messages = self._from(content, start_s)
@@ -184,8 +187,7 @@ class BagContent:
     """The content of a bag.
 
     Args:
-        path: the path of the bag.
-        topics: all of it, name -> topic.
+        topics: all topics of the bag, by name.
         messages: the messages of the topics that were asked for, in the order of time.
     """
 

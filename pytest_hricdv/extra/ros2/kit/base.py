@@ -1,4 +1,7 @@
-"""Fakes for a testbench: a planar base that obeys `/cmd_vel`, and a laser scanner in a world of polygons."""
+"""Fakes for a testbench: `PlanarBase`, which obeys `/cmd_vel`, and `Laser`, a scanner in a world of polygons.
+
+Testbenches import them from `pytest_hricdv.ros2`; a `PlanarPose` is where the base is. `servers` drives the base.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ class PlanarPose:
     def move(self, forward_m_s: float, left_m_s: float, turn_rad_s: float, duration_s: float) -> PlanarPose:
         """The pose after moving on an arc, with a constant velocity in its own frame."""
         turned_rad = turn_rad_s * duration_s
-        # The integral of a rotating velocity; the limit of sin(x) / x and (1 - cos(x)) / x where it does not turn.
+        # The integral of a rotating velocity; without rotation, the limits of sin(x) / x and (1 - cos(x)) / x.
         straight = math.sin(turned_rad) / turned_rad if turned_rad else 1.0
         aside = (1.0 - math.cos(turned_rad)) / turned_rad if turned_rad else 0.0
         forward_m = (forward_m_s * straight - left_m_s * aside) * duration_s

@@ -1,4 +1,7 @@
-"""Fakes of servers around a node: Nav2's actions, a trajectory controller of ros2_control, and managed nodes."""
+"""Fakes of servers around a node: Nav2's actions, a trajectory controller of ros2_control, and managed nodes.
+
+Testbenches import `Navigation`, `JointTrajectoryFollower` and `ManagedNode` from `pytest_hricdv.ros2`.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.extra.ros2.world_action_server import ServedGoal
 
 _STEP_S = 0.1
-"""Period of feedback. Nav2 gives it every 10 ms, as its behaviour tree ticks; less often keeps records short."""
+"""Period of feedback (s). Nav2 sends it at each tick of its behaviour tree, every 10 ms; fewer keep records short."""
 
 _WAYPOINT_FAILED = 3
 """`FAILED` of `nav2_msgs/msg/WaypointStatus`."""
@@ -37,15 +40,15 @@ def set_those_there_are(message: Any, **values: Any) -> None:
 class Navigation:
     """Nav2's servers of a base, which goes straight, at one speed, through walls, and turns in no time.
 
-    A new goal takes the place of the one that the base goes to, which is aborted, as Nav2 does. A goal that it cannot
-    reach is aborted after the base has gone half of the way.
+    A new goal aborts the one that the base goes to, as in Nav2. A goal that the base cannot reach is aborted after half
+    of the way.
 
     Args:
         system: the system of `run.ros2`.
-        base: the base that is driven; without one there is only a pose.
+        base: the base that is driven; None: only a pose is moved.
         speed_m_s: the speed of the base. 0.26 m/s is the default of Nav2's controllers for a TurtleBot 3.
-        reaches: whether it can reach a pose.
-        node: its name in the graph.
+        reaches: whether the base can reach a pose.
+        node: the name of the server in the graph.
     """
 
     def __init__(
