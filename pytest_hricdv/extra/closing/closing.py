@@ -1,4 +1,8 @@
-"""`ClosureGenerator`: generates the suite `closure` by running tests until nothing is open, or the budget is spent."""
+"""`ClosureGenerator`: generates the suite `closure` by running tests until nothing is open, or the budget is spent.
+
+`ClosingFeature.generate` calls its method `suite`, which reads the suite from the cache (`SuiteCache`) or runs a `Loop`
+with all strategies, and returns the suite with its evidence (`ClosingResult`).
+"""
 
 from __future__ import annotations
 
@@ -55,15 +59,11 @@ from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.suites import generation_context
 
-CACHE_SCHEMA = "hricdv-closing/6"
+CACHE_SCHEMA = "hricdv-closing/6"  # part of the key of a cached suite; changes with the strategies
 
 
 class ClosureGenerator:
-    """The closing loop of a session.
-
-    Args:
-        options: the options of the loop.
-    """
+    """The closing loop of a session."""
 
     def __init__(self, collection: Collection, context: RunContext, options: ClosingOptions) -> None:
         self._collection = collection
@@ -72,10 +72,7 @@ class ClosureGenerator:
         self._is_over = False
 
     def suite(self, others: Sequence[GeneratedSuite]) -> GeneratedSuite:
-        """The suite: from the cache, or of a new loop.
-
-        Args:
-            others: the other suites of the session.
+        """The suite, from the cache or of a new loop, given the other suites of the session.
 
         Raises:
             pytest.UsageError: there can be no loop, or every run errs.

@@ -1,8 +1,8 @@
-"""Synthesis of combinations that were never tried, for the strategy `disturbances`.
+"""`CombinationSynthesis`: makes combinations of interventions that were never tried, for the strategy `disturbances`.
 
-A combination whose effect is known gets one more intervention for each condition that this effect misses: one that has
-brought the condition about elsewhere, when it was tried alone. The effect on one of several characters, as in a pattern
-of sensors, is taken to be independent of the others.
+It starts from a combination whose effect is known, and adds an intervention for each condition that this effect misses:
+one that brought the condition about elsewhere, when it was tried alone. The effect on one of several characters, as in
+a pattern of sensors, is taken to be independent of the others.
 
 Without synthesis, none of four loops of `tests/extra/closing/test_strategies.py` closes within 400 runs; with it, all
 do.
@@ -36,11 +36,11 @@ from pytest_hricdv.extra.closing.pool import UNDISTURBED, Combination, Effect, I
 from pytest_hricdv.extra.closing.strategy import draw_good
 
 MAX_INTERVENTIONS = 5
-"""Interventions in an interaction at most; see the package."""
+"""Maximum number of interventions in an interaction; for its choice see the package."""
 
 
 class Deviation(NamedTuple):
-    """A combination whose most frequent effect is not the nominal one, this effect, and how probable it is."""
+    """A combination whose most frequent effect is not the nominal one, that effect, and its probability."""
 
     combination: Combination
     effect: Effect
@@ -48,7 +48,7 @@ class Deviation(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """A try of an intervention alone: the effect that would probably have come without it, and the one that came."""
+    """A try of an intervention alone: the probable effect without it, the effect with it, and the weight of the try."""
 
     intervention: Intervention
     before: Effect
@@ -57,11 +57,7 @@ class Trial(NamedTuple):
 
 
 class CombinationSynthesis:
-    """Synthesizes combinations of interventions.
-
-    Args:
-        model: what is known; nothing more is learned while this is used.
-    """
+    """Synthesizes combinations of interventions from a model that learns nothing more while this is used."""
 
     def __init__(self, model: OutcomeModel) -> None:
         self._model = model

@@ -1,8 +1,8 @@
 """The strategy `disturbances`: disturbs interactions so that they will probably end in a way that no run has shown yet.
 
-A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
-can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried
-(exploration): of disturbances that were rarely tried where the same outcome is nominal.
+`DisturbanceStrategy.propose`, called by the closing loop, uses a combination that has led to an outcome again where it
+may lead to an open bin, or a combination that `CombinationSynthesis` makes (exploitation). It also tries new
+interventions, of disturbances that were rarely tried where the same outcome is nominal (exploration).
 """
 
 from __future__ import annotations
@@ -26,35 +26,30 @@ from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 
 Try = tuple[str, Outcome | None]
-"""A disturbance, and the nominal outcome where it is tried."""
+"""A disturbance, and the nominal outcome of the interaction in which it is tried."""
 
 MIN_CHANCE = 0.01
-"""A known or synthesized combination is used if it leads to an outcome with at least this chance; see the package."""
+"""Least chance of a wanted outcome with which a combination is used. For the choice of constants see the package."""
 
 NEW_CHANCE = 0.015
-"""Chance expected of a new intervention; see the package."""
+"""Expected chance that a new intervention leads to a wanted outcome."""
 
 VARYING = 0.35
-"""Probability that an intervention of such a combination is varied; see the package."""
+"""Probability that an intervention of a known or synthesized combination is varied."""
 
 EXPLORING = 0.4
-"""Probability of a new intervention in an interaction, whatever is known; see the package."""
+"""Probability of a new intervention in an interaction, whatever combinations are known."""
 
 MIN_UNTARGETED = 0.25
-"""Smallest share of tests in which all interactions have a rarely tried disturbance; the share of open points that are
-no bins, if that is larger; see the package."""
+"""Smallest share of tests in which all interactions have a rarely tried disturbance. The share of open points that are
+no bins counts instead if it is larger."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
-"""Name -> the ranges of its parameters."""
+"""Name of a disturbance -> the ranges of its parameters."""
 
 
 class DisturbanceStrategy:
-    """Adds interventions to tests so that interactions end as none has ended yet.
-
-    Args:
-        pool: the pool of abstract tests.
-        experience: the experience of all runs so far.
-    """
+    """Adds interventions to tests of the pool so that interactions end as none has ended yet."""
 
     name = "disturbances"
 

@@ -1,7 +1,8 @@
-"""Evidence: what a closing loop has shown for each point, and how many kinds of violations another run would find.
+"""`evidence`: what a closing loop has shown for each point, and how many kinds of violations another run would find.
 
-Bounds are those of independent trials: where n runs had no success, the probability of a success is below 3/n with
-95 % confidence (rule of three; Hanley, Lippman-Hand, If nothing goes wrong, is everything all right?, JAMA 249, 1983).
+`ClosureGenerator` calls it after the loop; it returns the `ClosingResult` of the report. Bounds are those of
+independent trials: if n runs had no success, the probability of a success is below 3/n with 95 % confidence (rule of
+three; Hanley, Lippman-Hand, If nothing goes wrong, is everything all right?, JAMA 249, 1983).
 """
 
 from __future__ import annotations
@@ -48,11 +49,9 @@ def evidence(
 
     Args:
         archive: all runs.
-        tests: those whose tests are handed over.
+        tests: the runs whose tests are in the suite.
         impossible: points that cannot be hit. One that was hit nevertheless counts as hit.
-        surroundings: what is tested.
-        suite: the name of the suite.
-        ended: why the loop ended.
+        surroundings: the code, model and requirements that are tested.
         budget: largest number of runs.
         without: numbers of runs that do not repeat: what only they hit is open.
     """

@@ -1,9 +1,10 @@
-"""What the closing loop learns from its runs: how interactions end, and which disturbances were tried where.
+"""`Experience`: what the closing loop learns from its runs: how interactions end, which disturbances were tried where.
 
-`Experience` learns from the archive, and tells the strategies which outcomes are open. An *effect*, how an interaction
-ended, is a tuple of outcomes, each a tuple of strings. `find_missing` compares it with a wanted one: in strings of the
-same length, such as `1101` and `1001` for four sensors, each differing character is a missing condition, and other
-differences may follow from these. If no characters differ, the whole effect is the condition.
+The strategies `model` and `disturbances` let it learn from the archive, and ask it which outcomes are open. The *effect*
+of an interaction, how it ended, is a tuple of outcomes, each a tuple of strings. `find_missing` compares an effect with
+a wanted one: in strings of the same length, such as `1101` and `1001` for four sensors, each differing character is a
+missing condition, and other differences may follow from these. If no characters differ, the whole effect is the
+condition.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pytest_hricdv.generate.abstract import disturbance_of
 
 
 class CharacterCondition(NamedTuple):
-    """A wanted character: index and length of its string in the effect, its index in this string, and the character."""
+    """A wanted character: index and length of its string in the effect, index in this string, and the character."""
 
     text: int
     size: int
@@ -79,11 +80,7 @@ AT_THE_START: Outcome = ("the start of a run",)
 
 
 class Experience:
-    """Statistics of an archive of runs.
-
-    Args:
-        pool: the pool of abstract tests.
-    """
+    """Statistics of an archive of runs."""
 
     def __init__(self, pool: Pool) -> None:
         self._pool = pool

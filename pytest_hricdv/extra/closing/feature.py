@@ -1,4 +1,8 @@
-"""The closing loop in a session (`--hri-close`): its options, and the suite that it adds to the others."""
+"""The closing loop in a session (`--hri-close`): its options, and the suite that it adds to the others.
+
+`ClosingFeature` is the `FEATURE` of this folder (see `registry`). Its method `generate` returns the suite `closure`,
+made by `ClosureGenerator`, before the session's tests run.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +20,13 @@ if TYPE_CHECKING:
 
 
 def merge(reports: Sequence[Report], merged: Report) -> Report:
-    """The merged report with the loop, where all sessions had the same one."""
+    """The merged report with the result of the loop, if all reports have the same one."""
     first, *others = (CLOSING.of(report) for report in reports)
     return CLOSING.put(merged, first) if all(other == first for other in others) else merged
 
 
 NAME = "closure"
-"""The method, and its suite."""
+"""The name of the method, and of its suite."""
 
 
 class ClosingFeature(Feature[ClosingOptions]):

@@ -1,10 +1,11 @@
 """The strategy `interleaving`: gives the actors of a test turns, so that two of their actions meet in a chosen order.
 
-Two actions of two actors *meet* if the second is the next one of either actor to begin after the first. An open bin
-that names the actions of two actors, and perhaps who begins, is targeted with a test in which these can meet, or in
-which one can begin while the other one's actor waits to begin it. Without such a bin, the strategy takes the encounter
-that runs have had least often (as sequence covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker,
-Y. Lei: Combinatorial Methods for Event Sequence Testing, ICST Workshops 2012).
+`ClosureGenerator` uses `InterleavingStrategy` if the model has several actors. Two actions of two actors *meet* if the
+second is the next one of either actor to begin after the first. For an open bin that names the actions of two actors,
+and perhaps who begins, the strategy proposes a test in which these can meet, or in which one can begin while the other
+one's actor waits to begin it. Without such a bin, it takes the encounter that runs have had least often (as sequence
+covering arrays do: D. R. Kuhn, J. M. Higdon, J. F. Lawrence, R. N. Kacker, Y. Lei: Combinatorial Methods for Event
+Sequence Testing, ICST Workshops 2012).
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 CANDIDATES = 24
-"""Tests among which one with the rarest encounter is taken: enough for the few tests of a model with two actors. Each
-costs a run of the model."""
+"""Number of tests among which one with the rarest encounter is taken. Each costs a run of the model; a model with two
+actors has few."""
 
 MAX_TESTS = 512
-"""Tests, evenly spread over the pool, in which possible encounters are looked up: some seconds of runs of the model."""
+"""Number of tests, evenly spread over the pool, that are searched for possible encounters: it takes some seconds."""
 
 
 class Encounter(NamedTuple):
@@ -42,7 +43,7 @@ class Encounter(NamedTuple):
 
 
 class EncounterPlace(NamedTuple):
-    """Where two actions meet in a test: their numbers, from 1."""
+    """The numbers (from 1) of two actions of a test that meet."""
 
     first: int
     then: int
@@ -52,7 +53,6 @@ class PartialOrder:
     """The partial order of the actions of a test: each actor's lane, and the causes of actions in other lanes.
 
     Args:
-        lines: the lines of the test.
         after: action -> its causes, as in `pytest_hricdv.generate.actors`.
     """
 

@@ -1,7 +1,8 @@
-"""The closing loop (`Loop`): strategies propose tests, these run, and what they hit decides what is proposed next.
+"""`Loop`, the closing loop: strategies propose tests, these run, and what they hit decides what is proposed next.
 
-The proposals of a generation are made from the archive alone, are run in any order on any number of processes, and are
-merged in the order in which they were proposed. So the same seed gives the same archive, however many processes run.
+`ClosureGenerator` runs it, and then `search_violations`. The proposals of a generation are made from the archive alone,
+are run in any order on any number of processes, and are merged in the order in which they were proposed. So the same
+seed gives the same archive, however many processes run.
 """
 
 from __future__ import annotations
@@ -29,29 +30,29 @@ NAME = "closure"
 """The name of the method and of its suite."""
 
 GENERATION = 8
-"""Number of tests proposed per generation. Fewer learn sooner, more keep more processes busy."""
+"""Number of tests per generation: with fewer, strategies learn sooner; with more, more processes are busy."""
 
 STALLED = 10 * GENERATION
-"""Runs without a new target after which nothing pays: a fifth of the default budget."""
+"""Number of runs without a newly hit target after which the loop stalls: a fifth of the default budget."""
 
 RECENT = 2 * GENERATION
-"""Tests of a strategy that tell what its next ones will hit: what pays off at the beginning does not at the end."""
+"""Number of last tests of a strategy from which the bandit estimates what its next tests will hit. Older tests do not
+count: what hits targets at the beginning of a loop does not at its end."""
 
 OnlineTests = frozenset[int]
-"""The numbers of the tests (from 0) in which the person decides during the run."""
+"""The numbers (from 0) of the tests in which interactive agents decide during the run."""
 
 
 class BatchRunner(Protocol):
-    """Runs tests."""
+    """A function that runs tests, such as `ClosingRuns.run`."""
 
     def __call__(self, tests: Sequence[AbstractTest], online: OnlineTests, /) -> Iterable[tuple[int, RunObservation]]:
-        """The number of each test (from 0) with what it yielded, in any order.
+        """The number of each test (from 0) with its observation, in any order.
 
-        What is run may be another test than the one that was handed over, where it is made up while it runs, and one
-        may yield several.
+        A test in which interactive agents decide is only known after its run, and may yield several observations.
 
         Raises:
-            GivenUpError: nothing runs tests any more; the others of these have no run.
+            GivenUpError: nothing runs tests any more; the remaining tests have no run.
         """
 
 
@@ -70,9 +71,7 @@ def share_tests(archive: Archive, names: Sequence[str], count: int, rng: Random)
     to how many of its recent tests have hit some.
 
     Args:
-        archive: the archive of all runs so far.
         names: the names of the strategies.
-        count: number of tests.
         rng: only its `random()` is used.
     """
     kinds, shares = Counter(point[0] for point in archive.open), dict.fromkeys(names, 0)

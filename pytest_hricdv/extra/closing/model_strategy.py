@@ -19,16 +19,11 @@ from pytest_hricdv.extra.closing.strategy import Archive, Proposal
 from pytest_hricdv.generate.rng import pick, shuffle
 
 MIN_CHANCE = 0.1
-"""Smallest learned chance at which a test aims at a bin: below it, a disturbance is the better bet."""
+"""Smallest chance, learned from runs, at which a test aims at a bin; below it, a disturbance more probably hits it."""
 
 
 class ModelStrategy:
-    """Selects undisturbed tests that will probably hit open targets.
-
-    Args:
-        pool: the abstract tests.
-        experience: what all runs so far have shown.
-    """
+    """Selects undisturbed tests of the pool that will probably hit open targets, by the experience of earlier runs."""
 
     name = "model"
 

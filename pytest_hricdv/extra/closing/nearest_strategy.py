@@ -1,7 +1,8 @@
 """The strategy `nearest`: varies the runs that came nearest to open points.
 
-Where some runs came nearer than others, as to a count, an interaction of the nearest one is repeated throughout a test.
-To any of them, a disturbance is added next to each of its own, until each was tried: a point may need two at one place.
+`NearestStrategy.propose`, called by the closing loop, varies such a run in two ways. If some runs came nearer than
+others, as to a count, it repeats an interaction of the nearest run throughout a test. To any nearest run, it adds a
+disturbance next to each one in the run, until each was tried: a point may need two at one place.
 """
 
 from __future__ import annotations
@@ -25,15 +26,11 @@ from pytest_hricdv.extra.closing.targets import closest_runs
 from pytest_hricdv.generate.rng import pick, shuffle
 
 REPEATING = 0.5
-"""Share of tests that repeat an interaction, where both are possible."""
+"""Share of tests that repeat an interaction instead of adding a disturbance, if both are possible."""
 
 
 class NearestStrategy:
-    """Varies the runs that came nearest to open points.
-
-    Args:
-        pool: the pool of abstract tests.
-    """
+    """Varies the runs that came nearest to open points."""
 
     name = "nearest"
 
@@ -49,7 +46,7 @@ class NearestStrategy:
 
 
 class _Nearest:
-    """The nearest runs, in a generation."""
+    """The runs of the archive that came nearest to open points, for one generation."""
 
     def __init__(self, pool: Pool, disturbances: Disturbances, archive: Archive, rng: Random) -> None:
         self._pool = pool
@@ -57,7 +54,7 @@ class _Nearest:
         self._rng = rng
         self._run_lines = {entry.test.lines for entry in archive.entries}
         self._advanced: dict[tuple[int, ...], list[Point]] = {}
-        """The numbers of the nearest runs -> the points to which other runs came less near."""
+        """Numbers of runs -> the open points to which these came nearer than all others."""
         self._disturbed: dict[int, list[Point]] = {}
         """The nearest run of those with disturbances -> the points; of equally near ones, it has the fewest."""
         self._entries = archive.entries

@@ -1,6 +1,7 @@
 """`observe`: the points that a run hits, how each interaction ended, and how close it came to other points.
 
-A point is a tuple of strings that begins with its kind (see `pytest_hricdv.coverage.closure.Point`):
+The process of a closing loop (`process`) calls it after each run and sends the `RunObservation` to the session. A
+point is a tuple of strings that begins with its kind (see `pytest_hricdv.coverage.closure.Point`):
 
     ("statement", file, line)  ("branch", file, line, line)  ("plan", agent, label)  ("bin", cross product, *bin)
     ("verdict", requirement, "Passed" | "Failed")            ("antecedent", requirement, "true" | "false")
@@ -59,7 +60,7 @@ def violation_points(
 
     Args:
         lines: the lines of the test that was run.
-        cross, requirements, known_violations, state: as of `pytest_hricdv.extra.closing.observation.observe`.
+        cross, requirements, known_violations, state: as of `observe`.
     """
     states = _StateTimeline(result, state)
     by_id = {requirement.id: requirement for requirement in requirements}

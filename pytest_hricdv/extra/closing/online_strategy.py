@@ -1,7 +1,8 @@
-"""The strategy `online`: interactive agents decide during a run what people do, depending on what happens there.
+"""The strategy `online`: interactive agents decide during a run what people do, depending on what happens in the run.
 
-It needs a testbench with `people.agents`. Choices are drawn at random: learning them from earlier runs gained nothing
-on the table assembly.
+`ClosureGenerator` uses `OnlineStrategy` if the testbench has `people.agents`. In a run that it proposes, `process` lets
+an `OnlineRun` choose the actions. Choices are drawn at random: learning them from earlier runs gained nothing on the
+table assembly.
 """
 
 from __future__ import annotations
@@ -26,11 +27,7 @@ NAME = "online"
 
 
 class OnlineStrategy:
-    """Proposes runs in which interactive agents decide what people do.
-
-    Args:
-        people: the number of interactive agents.
-    """
+    """Proposes runs in which this number of interactive agents decide what people do."""
 
     name = NAME
 

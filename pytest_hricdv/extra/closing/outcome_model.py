@@ -1,8 +1,8 @@
 """A surrogate model of interactions: the probability with which a combination of interventions leads to an outcome.
 
-`Experience` has one for each cross product, and lets it learn from all runs. What a combination did where other
-coordinates are planned is evidence as well. How much it says is learned for each planned coordinate, from how often the
-same combination had the same effect where only this coordinate differed.
+`Experience` has an `OutcomeModel` for each cross product, and lets it learn from all runs. What a combination did in
+interactions with other planned coordinates is evidence as well. How much it counts is learned for each planned
+coordinate, from how often the same combination had the same effect where only this coordinate differed.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from pytest_hricdv.extra.closing.pool import (
 )
 
 PRIOR_TRIES = 1.0
-"""Tries that weigh as much as what is expected of something before it is tried; see the package."""
+"""Number of tries that weigh as much as the expectation before any try. For the choice of constants see the package."""
 
 PRIOR_CHANCE = 0.25
-"""Expected chance of a first try while nothing is known."""
+"""Expected chance that a first try leads to an outcome, while nothing is known."""
 
 INDIRECT_WEIGHT = 0.5
-"""Weight of a try that is not quite of the same kind: of the same disturbances with other parameters, or after a
-disturbance that may last; see the package."""
+"""Weight of a similar try: of the same disturbances with other parameters, or after an earlier disturbance in the run
+whose effects may last."""
 
 MAX_BORROWED_TRIES = 2.0
-"""Own tries that weigh as much as all that was seen where other coordinates are planned; see the package."""
+"""Number of own tries that weigh as much as all tries where other coordinates are planned."""
 
 PRIOR_SAME, PRIOR_COMPARED = 1.0, 2.0
-"""Comparisons that showed the same effect, and all, before the first one: Laplace's rule of succession."""
+"""Assumed comparisons with the same effect, and all comparisons, before the first one: Laplace's rule of succession."""
 
 MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
-"""Smallest similarity of coordinates from which a nominal effect is taken: that of never compared ones."""
+"""Smallest similarity of coordinates at which a nominal effect is taken over: that of coordinates never compared."""
 
 
 @dataclass

@@ -1,10 +1,9 @@
-"""The pool: all abstract tests of the explored model, indexed by their interactions and the plans that they execute.
+"""`Pool`: all abstract tests of the explored model, indexed by their interactions and the plans that they execute.
 
-The strategies of the closing loop choose tests from it, and insert disturbances into them.
-
-An interaction of a test has what it plans, the disturbances that intervene in it, and its effect. A cross product
-with `planned` says which combination of its first coordinates each interaction of a test plans. An interaction begins
-with the command at which `planned` of the commands so far returns one combination more.
+`ClosureGenerator` makes it; the strategies choose tests from it, and its method `draft` inserts disturbances into them.
+An interaction has what it plans, its interventions, and its effect. A cross product with `planned` says which
+combination of its first coordinates each interaction of a test plans. An interaction begins with the command at which
+`planned` of the commands so far returns one combination more.
 """
 
 from __future__ import annotations
@@ -37,14 +36,14 @@ class Intervention(NamedTuple):
 Combination = tuple[Intervention, ...]
 """The interventions in one interaction, in order."""
 
-UNDISTURBED: Combination = ()
+UNDISTURBED: Combination = ()  # no intervention
 
 
 Outcome = tuple[str, ...]
-"""The end of an interaction in one cross product: its name, and the unplanned coordinates of the bin."""
+"""How an interaction ends in one cross product: its name, and the unplanned coordinates of the bin."""
 
 Effect = tuple[Outcome, ...]
-"""The end of an interaction in all cross products, sorted."""
+"""How an interaction ends in all cross products: its outcomes, sorted."""
 
 
 class PlannedInteraction(NamedTuple):

@@ -1,6 +1,8 @@
 """The process of a closing loop: runs the tests that it is sent in forks, and returns observations.
 
-Each run begins from the same state of this process, whatever ran before: so it is the same on any number of processes.
+`ClosingRuns` starts `main` in a subprocess or on a cluster, sends it `LoopSettings` and then `TestBatch`es, and gets an
+`ObservationReply` for each test. Each run begins from the same state of this process, whatever ran before: so it is the
+same on any number of processes.
 """
 
 from __future__ import annotations
@@ -44,11 +46,11 @@ from pytest_hricdv.session.child_process import (
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.testbench_search import engine_modules
 
-T = TypeVar("T")
+T = TypeVar("T")  # what a run of a test returns
 
 
 def may_fork() -> bool:
-    """Whether this process can be copied: the system forks, and Python has no other thread here."""
+    """Whether this process can fork: the operating system can, and Python has no other thread in it."""
     return hasattr(os, "fork") and threading.active_count() == 1
 
 

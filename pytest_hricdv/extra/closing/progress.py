@@ -1,4 +1,7 @@
-"""The progress of a closing loop: lines of the terminal, and a small file in the report folder for viewers."""
+"""The progress of a closing loop: lines of the terminal, and a small file in the report folder for viewers.
+
+`ClosureGenerator` makes a `ClosingProgress`, and calls it after each generation and at the end of the loop.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,17 @@ from pytest_hricdv.results.folder_files import LoopProgress, write_progress
 from pytest_hricdv.session.collection import Collection
 
 STEPS = 10
-"""Progress messages of a loop where no terminal can rewrite a line."""
+"""Number of progress messages of a loop if the output is no terminal, where a line could be rewritten."""
 
 
 def list_open(archive: Archive) -> str:
-    """`12 statements, 3 branches`: what is open."""
+    """The numbers of open points by kind, as `12 statements, 3 branches`."""
     return ", ".join(count_texts(by_kind(archive.open))) or "nothing"
 
 
 def progress_texts(done: int, runs: int, sim_s: float, open_counts: Mapping[str, int]) -> list[str]:
-    """The progress of a loop, the fullest text first: for narrow terminals, each next one leaves out a less important
-    part.
-
-    The simulated time goes first, then the names of one kind of open point after the other.
+    """Texts on the progress of a loop, the longest first: each next one, for narrower terminals, leaves out one more
+    part, first the simulated time, then the names of one kind of open points after the other.
     """
     start, named = f"hricdv: {done} of {runs} runs", count_texts(open_counts)
     if not named:
@@ -47,12 +48,7 @@ _PLURAL = {"branch": "branches"}
 
 
 class ClosingProgress:
-    """Shows the progress of a loop, and counts verdicts and violations of runs as they come.
-
-    Args:
-        runs: budget of the loop.
-        workers: processes that run tests.
-    """
+    """Shows the progress of a loop with a budget of runs, and counts verdicts and violations as runs end."""
 
     def __init__(self, collection: Collection, runs: int, workers: int) -> None:
         self._collection, self._runs, self._workers = collection, runs, workers

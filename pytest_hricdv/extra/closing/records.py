@@ -1,4 +1,8 @@
-"""Records of a closing loop: points that are hit, points that cannot be hit, and evidence on those left open."""
+"""Records of a closing loop in `report.json`: points that are hit, points that cannot be, and evidence on open ones.
+
+`evidence` makes the `ClosingResult` of a loop, which has all other records, and `view` shows it. `CLOSING` is its
+section of the report. `ClosingOptions` are the options that `ClosingFeature` reads.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +20,8 @@ ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted
 loop itself, which the notes of the suite describe."""
 
 RULE_OF_THREE = 3.0
-"""-ln(0.05), rounded up: where n runs had no success, a run has one with less than 3/n (95 % confidence); of the paper
-that `evidence` names."""
+"""-ln(0.05), rounded up: if n runs had no success, the probability of one is below 3/n (95 % confidence; see
+`evidence`)."""
 
 Probability = Annotated[int, Meta(ge=0, le=1)] | Annotated[float, Meta(ge=0, le=1)]
 

@@ -1,4 +1,8 @@
-"""The runs of a closing loop (`ClosingRuns`), seen from the session: in a subprocess, or on a cluster."""
+"""Runs the tests of a closing loop outside the session: `RunsHere` in a subprocess, `RunsOnCluster` on a cluster.
+
+`ClosureGenerator` makes one of these `ClosingRuns`; the `Loop` calls its method `run` for each generation. The other
+end, which runs the tests, is the module `process`.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +28,15 @@ from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.remote import Answer, LostRequest, Remote, Workers, WorkRequest
 
 BATCH_S = 600.0
-"""A process on a cluster that has yielded nothing for this time (s) counts as lost: twice `LIMIT_S` of `process`, after
-which each run is ended."""
+"""Time without an observation (s) after which a process on a cluster counts as lost: twice `LIMIT_S` of `process`, the
+limit of a run."""
 
 
 class ClosingRuns(ABC):
     """Runs tests for a closing loop; a context manager, which ends the processes."""
 
     files: tuple[str, ...] = ()
-    """The project's files that the runs have loaded."""
+    """The files of the project that runs have loaded, on which a cached suite depends."""
 
     def __init__(self, say: Callable[[str], None], let_through: LetThrough) -> None:
         self._stack = ExitStack()
@@ -49,11 +53,11 @@ class ClosingRuns(ABC):
 
     @abstractmethod
     def run(self, tests: Sequence[AbstractTest], online: OnlineTests) -> Iterator[tuple[int, RunObservation]]:
-        """Run tests; yields the number of each and what it yields, as soon as it is known.
+        """Run tests. Yields the number of each test and its observation as soon as it is known.
 
         Raises:
-            ProcessError, ClusterError: there is nothing that runs them.
-            GivenUpError: what ran them was lost again and again.
+            ProcessError, ClusterError: no process that runs tests could be started.
+            GivenUpError: the process was lost repeatedly.
         """
 
     def _observations(

@@ -1,6 +1,7 @@
-"""Selects the abstract test and the interventions that will probably hit the most open bins at once.
+"""`Selection`: chooses the abstract test and the interventions that will probably hit the most open bins at once.
 
-The strategies `model` and `disturbances` each say which `Option`s they have for an interaction.
+The strategies `model` and `disturbances` make one per generation, each with a function that returns the `Option`s that
+the strategy has for an interaction, and call `select` for each proposal.
 """
 
 from __future__ import annotations
@@ -22,14 +23,15 @@ from pytest_hricdv.extra.closing.strategy import Archive, draw_good
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48
-"""Maximum number of tests with a wanted interaction that are compared; there may be thousands (see the package)."""
+"""Maximum number of tests with a wanted interaction that are compared, as a pool may have thousands of them. For its
+choice see the package."""
 
 
 class Option(NamedTuple):
     """What a strategy may try in an interaction.
 
     Args:
-        gain: the expected number of open bins that it hits.
+        gain: the expected number of open bins that the option hits.
         outcomes: the outcomes that it aims at.
         combination: makes the interventions, given the interaction's number of commands and whether it is the first.
     """

@@ -1,6 +1,7 @@
-"""The interface of search strategies (`Strategy`), and the archive of all runs, from which alone they propose tests.
+"""The interface of search strategies (`Strategy`), and the archive of all runs (`Archive`).
 
-The archive has the targets that are still open, and the best test for each point.
+The `Loop` adds each run to the archive as an `ArchivedRun`, and calls `propose` of the strategies for each generation.
+They make `Proposal`s from the archive alone: from the targets that are still open, and the best run for each point.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.rng import pick_weighted
 
 GIVEN = "given"
-"""Stands for the strategy of tests from a suite that existed before the loop."""
+"""The name, in place of a strategy, for tests from suites that existed before the loop."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,8 @@ class ArchivedRun:
 
     Args:
         number: from 0, in the order of proposals.
-        test: the test that was run.
-        observation: what it yielded.
-        strategy: the strategy that proposed it.
-        targets: the points that it was to hit.
+        strategy: the strategy that proposed the test.
+        targets: the points that the test was to hit.
         new: the targets of the loop that it hit and that no earlier run had hit.
     """
 

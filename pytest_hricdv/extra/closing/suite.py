@@ -1,4 +1,8 @@
-"""The suite that a closing loop yields: a small part of its tests, which hits all that its runs hit; and its cache."""
+"""The suite that a closing loop yields: a small part of its tests, which hits all that its runs hit; and its cache.
+
+`ClosureGenerator` calls `smallest_suite`, or `repeatable_suite` if tests were made while they ran, and keeps the suite
+in a `SuiteCache` for later sessions.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +23,17 @@ from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.suites import CACHE_FOLDER
 
 UNCOUNTED = frozenset({"antecedent"})
-"""Kinds of points that no test has to be kept for."""
+"""Kinds of points for which the suite needs no test."""
 
 
 def repeatable_suite(
     archive: Archive, strategies: Container[str], runner: BatchRunner
 ) -> tuple[tuple[ArchivedRun, ...], tuple[ArchivedRun, ...]]:
-    """The smallest suite of tests that do the same again; and those left out, because they did not.
+    """The smallest suite of tests whose runs repeat, and the runs left out because they did not repeat.
 
     Args:
         archive: all runs.
-        strategies: the strategies whose tests were not run as they will be in the suite, and so are run again.
+        strategies: the strategies whose tests run otherwise in the suite than in the loop, and so are run again.
         runner: runs tests as in the suite.
     """
     checked: set[int] = set()
@@ -49,11 +53,7 @@ def repeatable_suite(
 def smallest_suite(archive: Archive, without: Container[int] = ()) -> tuple[ArchivedRun, ...]:
     """The runs whose tests make the suite, those that add most per simulated second first.
 
-    Tests that were given are not part of it: what they hit, it need not hit.
-
-    Args:
-        archive: all runs.
-        without: the numbers of runs that are left out.
+    It leaves out the runs numbered in `without`, the tests of suites before the loop, and what only these hit.
     """
     hit_before = set[Point]()
     for entry in archive.entries:

@@ -1,6 +1,8 @@
 """Targets: the points to hit, of the code, the model, the cross products and the requirements.
 
-For each open one: the run that came closest, what this run lacked, and how to declare the point impossible.
+`ClosureGenerator` calls `target_points` and `impossible_points` before the loop. For each point left open, `evidence`
+finds the run that came closest (`nearest`), what this run lacked (`explain_gap`), and how to declare the point
+impossible (`waiver`).
 """
 
 from __future__ import annotations
@@ -38,8 +40,8 @@ def target_points(
         plans: the coverage plans, by agent.
         cross: the cross products.
         reachability: what exploring the model has shown.
-        requirements: each of which is to be checked at least once with the result Passed, and each conjunct of whose
-            antecedent is to be true and false.
+        requirements: each is to be checked at least once with the result Passed, and each conjunct of its antecedent
+            is to be true and false.
         transitions: the transitions of the state of the code under test.
     """
     return (

@@ -1,4 +1,7 @@
-"""How a report shows its closing loop: lines for the terminal, and a section of its page."""
+"""`ClosingView`: shows the closing loop of a report, in lines of the terminal and in a section of the page.
+
+The report calls it by way of `registry`. `page` makes the section from the loop's `ClosingResult`.
+"""
 
 import shlex
 from collections import Counter
@@ -33,13 +36,13 @@ from pytest_hricdv.report.violations import margin_text, margin_unit
 from pytest_hricdv.results.model import Report
 
 _MAX_OPEN = 9
-"""Open points in the terminal, a line each: one of each kind of targets, and some more."""
+"""Maximum number of open points in the terminal, a line each: one of each kind of targets, and some more."""
 
 _MAX_VIOLATIONS = 5
-"""New violations in the terminal, a line each."""
+"""Maximum number of new violations in the terminal, a line each."""
 
 _MAX_NEAR = 3
-"""Requirements in the terminal, on one line."""
+"""Maximum number of requirements in the terminal that are nearest to a violation, on one line."""
 
 _KINDS = {"verdict": "verdicts", "branch": "branches"}
 _ENDED = {
@@ -51,7 +54,7 @@ _ENDED = {
     "error": "an error of the loop itself",
 }
 
-Point = tuple[float, float]
+Point = tuple[float, float]  # of a curve: x and y
 
 
 class ClosingView(View):

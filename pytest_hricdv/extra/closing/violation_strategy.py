@@ -1,8 +1,9 @@
 """The strategy `violations`: varies the parameters of the runs that came nearest to violating a requirement.
 
-It is the search of `pytest_hricdv.experiments`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of
-the loop, a generation at a time. It aims at the requirements that are not violated, those with the smallest margins
-first, and at alternatives of a response that never were decisive. For these no distance is known: it varies widely.
+The closing loop asks `ViolationStrategy` for proposals while it stalls and after it has ended. The search is that of
+`pytest_hricdv.experiments`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of the loop, a generation
+at a time. It aims at the requirements that are not violated, those with the smallest margins first, and at alternatives
+of a response that never were decisive (`vacuous_alternatives`). For these no distance is known: it varies widely.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concre
 NAME = "violations"
 
 STARTS = 5
-"""Runs that are varied for a requirement, one after the other, as in `extra.search`."""
+"""Number of runs that are varied for a requirement, one after the other, as in `extra.search`."""
 
 WIDE = 0.5
-"""Step, as a share of the range, where nothing says what is nearer."""
+"""Step of a parameter, as a share of its range, if no distance is known."""
 
 
 @dataclass(frozen=True)
