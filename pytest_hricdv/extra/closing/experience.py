@@ -1,6 +1,6 @@
 """`Experience`: what the closing loop learns from its runs: how interactions end, which disturbances were tried where.
 
-The strategies `model` and `disturbances` let it learn from the archive, and ask it which outcomes are open. The *effect*
+The strategies `model` and `disturbances` let it learn from the archive, and ask it for open outcomes. The *effect*
 of an interaction, how it ended, is a tuple of outcomes, each a tuple of strings. `find_missing` compares an effect with
 a wanted one: in strings of the same length, such as `1101` and `1001` for four sensors, each differing character is a
 missing condition, and other differences may follow from these. If no characters differ, the whole effect is the

@@ -1,7 +1,8 @@
 """`diagnose`: groups the failures of a session by cause, confirms causes by experiments, and locates them in the code.
 
-`feature` calls it after the last test. Each step has a module of its own: `grouping`, `experiments`, `pair_search` for
-the deciding change, `switching` for branch decisions, and `locations`.
+`DiagnosisFeature.extend_report` calls it after the last test. Each step has a module of its own: `grouping`,
+`experiments`, `pair_search` for the deciding change, `switching` for branch decisions, and `locations`. `cause_of`
+makes the `Cause` of a report from their results; `merging` calls it, too.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.feature import FeatureSession
 
 SWITCHED_TESTS = 2
-"""A reversed decision must let this many tests of a cause pass, if it has as many: a single test may pass by chance."""
+"""Number of tests of a cause, if it has as many, that a reversed decision must let pass: one may pass by chance."""
 
 
 def switch_decisions(
@@ -312,7 +313,6 @@ def in_order_begun(lines: Sequence[str], begun: Iterable[tuple[float, int]]) -> 
     """Lines as they began, then those that never did.
 
     Args:
-        lines: the lines of a test.
         begun: when (s), and the number of the line from 0, in the order in which they began.
     """
     numbers = [number for _, number in begun]

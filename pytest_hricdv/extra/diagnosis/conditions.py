@@ -1,6 +1,6 @@
 """Learns the condition of a known violation: the shortest formula that holds at each violation, and only there.
 
-`hricdv report triage` (`triage.py`) proposes it as the `when` of a `known_violations` entry. A formula is a conjunction
+`triage` calls `condition_for` and proposes the formula as the `when` of a `known_violations` entry. It is a conjunction
 or disjunction of up to three atoms: the present value of a string or bool signal, a value it once had, a message that
 came at any time before or lately, or a number on one side of a threshold. Monitors evaluate all atoms in one pass over
 each run.

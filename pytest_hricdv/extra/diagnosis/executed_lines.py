@@ -1,8 +1,9 @@
 """Records when a run executed which lines of the code under test, for the page of a failing test.
 
-Tests run with coverage only. A test that fails is rerun in a fork of its process and traced line by line
-(`LineTracer`): runs are repeatable, so this is the same run, and tests that pass cost nothing. `neighbour_runner`
-traces the nearest passing run of a cause, which the page shows next to the failing one.
+Tests run with coverage only. `DiagnosisFeature.after_test` reruns a test that fails in a fork of its process and traces
+it line by line (`LineTracer`): runs are repeatable, so this is the same run, and tests that pass cost nothing.
+`diagnose` uses `neighbour_runner` to trace the nearest passing run of a cause, which the page shows next to the failing
+one. A burst is what one node executes without simulated time passing.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.coverage.code_map import CodeMap
 
 TRACED_EACH = 5
-"""Failures of each requirement that a process traces, as many as are filmed: more of them show little that is new."""
+"""Maximum number of failures of each requirement that a process traces, as many as it films. More show little new."""
 
 MAX_BURSTS = 4000
 """Number of bursts kept of a run. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
@@ -57,7 +58,6 @@ def collect_executed_lines(steps: Iterable[TraceStep], violation_s: float | None
     """The executed lines of a run that are kept.
 
     Args:
-        steps: executed lines, in order.
         violation_s: time of the first violation (s); None without one.
     """
     bursts = [*_bursts(steps)]
@@ -103,12 +103,7 @@ def _text(lines: Sequence[tuple[str, int]], files: dict[str, int]) -> str:
 
 
 class LineTracer:
-    """Traces the failures of one process.
-
-    Args:
-        settings: the settings of the session's runs.
-        code: the code under test.
-    """
+    """Traces the failures of one process."""
 
     def __init__(self, settings: RunSettings, code: CodeMap) -> None:
         self._settings = settings

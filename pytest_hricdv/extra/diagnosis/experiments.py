@@ -1,8 +1,9 @@
 """Experiments: reruns failing tests without their suspected causes.
 
-A test is first rerun unchanged, outside its test function. If it passes there, its failure depends on a fixture, and it
-is no evidence. If it then passes without the suspected cause, the cause is confirmed; if it still fails, refuted. After
-each experiment, the failures are grouped again, and the next one is on the group with the least evidence, or the
+`diagnose` makes one `Experiments`, whose `groups` runs the experiments and returns the groups of failures. A test is
+first rerun unchanged, outside its test function. If it passes there, its failure depends on a fixture, and the test is
+no evidence. If it then passes without the suspected cause, the cause is confirmed; if it still fails, refuted. After
+each experiment, the failures are grouped again, and the next experiment is on the group with the least evidence, or the
 largest of several. The budget counts runs, not time, so the same report leads to the same experiments.
 """
 
@@ -58,9 +59,8 @@ class Experiments:
     """Runs experiments until nothing is open, or the budget is spent.
 
     Args:
-        grouping: makes groups, given evidence.
+        grouping: makes groups of failures, given evidence.
         tests: node id -> the failing test.
-        run: runs a test.
         budget: maximum number of runs.
     """
 

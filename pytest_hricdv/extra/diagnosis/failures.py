@@ -1,4 +1,8 @@
-"""Failures of tests: the violated requirement, the state of the code at that time, and the disturbances before it."""
+"""Failures of tests: the violated requirement, the state of the code at that time, and the disturbances before it.
+
+`failures_of` returns a `Failure` for each violated requirement of a test. `Subject.of` calls it for all tests of a
+report; `grouping` then groups the failures by cause.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +17,10 @@ from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.results.model import TestResult
 
 FAULT = "fault"
-"""Stands for a requirement where a run has an error instead of a violation."""
+"""In place of a requirement for a run that has an error instead of a violation."""
 
 _ROUNDED_S = 0.001
-"""Times in a report are rounded to a millisecond; a disturbance within one of the violation counts as earlier."""
+"""Resolution of times in a report (s): a disturbance up to this much after the violation counts as earlier."""
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 

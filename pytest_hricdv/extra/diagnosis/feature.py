@@ -1,6 +1,7 @@
 """Diagnosis in a session (`--hri-diagnose`): its option, and its experiments after the last test if tests failed.
 
-The command `hricdv report triage` works on its results.
+`DiagnosisFeature` is the `FEATURE` of this folder (see `registry`): `extend_report` calls `diagnose` for the causes,
+`after_test` traces failing tests. `COMMANDS` has the command `hricdv report triage`, which works on the results.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
-OK, FAILED = 0, 1
+OK, FAILED = 0, 1  # exit codes of `hricdv report triage`
 
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,5 +1,7 @@
 """Groups failures by probable cause, from their association with disturbances and statements over all tests.
 
+`Subject.groups` calls `group_failures`, which returns a `Group` for each cause:
+
 1. Each failure is assigned the preceding disturbance that is most associated with failures of its requirement (Ochiai's
    coefficient). It is assigned none if such failures also occur without that disturbance and not clearly less often
    (Fisher's exact test).
@@ -45,7 +47,7 @@ SEVERAL = 2
 single test executes alone is mostly unrelated to its failure. Chosen."""
 
 Change = str
-"""The name of a disturbance, without which failures are thought to go away; empty for none."""
+"""The name of the disturbance without which failures are expected to go away; empty for none."""
 Kind = tuple[Change, str, str, str]
 """A kind of failure: change, requirement, state, and message."""
 
@@ -54,9 +56,9 @@ Kind = tuple[Change, str, str, str]
 class ExperimentEvidence:
     """Evidence from experiments: node id and requirement of failures -> changes.
 
-    With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come. `apart`
-    has a node id and two requirements: where the first passed, the second still failed, so it does not follow from it.
-    `together` has pairs that one reversed decision lets pass, also in different tests.
+    With `asks`, disturbances that may come with failures by chance count, too, as hypotheses for further experiments.
+    `apart` has a node id and two requirements: when the first passed, the second still failed, so it does not follow
+    from the first. `together` has pairs that one reversed decision lets pass, also in different tests.
     """
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)

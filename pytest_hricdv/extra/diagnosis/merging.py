@@ -1,7 +1,7 @@
 """Causes of reports that no session diagnosed: merged reports, reports of campaigns, and those rebuilt from journals.
 
-The core calls these functions by name (see `registry`). Merged reports use the experiments of all their parts,
-campaigns association only, since they make no experiments.
+The core calls `merge`, `associate` and `rebuilt` for these reports (see `registry`). Merged reports use the experiments
+of all their parts. Campaigns make no experiments, so their causes rest on association only.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Minimal pairs: the passing test that is closest to a failing one, found by runs (`NeighborSearch`).
+"""Minimal pairs: the passing test that is closest to a failing one, found by runs.
 
-Variations of the test run one after the other until one passes what fails, as `variations` orders them. One that does
-not check the requirement any more shows little, and is taken only where there is no other. Of a value that decides,
-its threshold is looked for by halving.
+`PairSearch` makes a `NeighborSearch` for a cause, whose `decision` runs variations of the failing test, in the order of
+`variations`, until one passes the requirements that the test violates. A variation that does not check them any more
+shows little, and is taken only if there is no other. For a deciding value, its threshold is found by halving.
 
-The divergence is the first event at which a failing and a passing run of nearly the same test differ. Two runs are
-compared stream by stream: the messages that one sender sends of one topic, or one signal. Numbers are left out, and
-what repeats counts once: with a change to the test all later times differ a little, and with them what is measured
-and how often it is sent, which says nothing. Of all streams, that counts which differs first.
+The divergence (`find_divergence`) is the first event at which the failing and the passing run differ. Runs are compared
+stream by stream: the messages that one sender sends of one topic, or one signal. Numbers are left out, and repeated
+events count once: after a change to the test all later times differ a little, and so do measured values and the number
+of messages, which says nothing. The stream that differs first counts.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ BEFORE, AFTER = 2, 4
 
 
 MAX_VIOLATIONS = 3
-"""Number of violations among these events. Chosen: the first ones matter."""
+"""Maximum number of violations among the shown events. Chosen: the first ones matter."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,9 @@ class Divergence:
     """The point where two runs diverge.
 
     Args:
-        failing: events of the failing run around it. passing: those of the passing run.
-        at: index of the first different one, from 0; None if there is none.
+        failing: events of the failing run around it.
+        passing: events of the passing run around it.
+        at: index of the first different event, from 0; None if there is none.
     """
 
     failing: tuple[ShownEvent, ...] = ()
@@ -128,12 +129,10 @@ class NeighborSearch:
     """Looks for what decides that a test fails.
 
     Args:
-        test: the test that fails.
-        space: the ranges of its parameters.
-        failing: its run.
+        space: the ranges of the failing test's parameters.
+        failing: the run of the failing test.
         wanted: the requirements that are to pass.
-        run: runs a test.
-        budget: most runs.
+        budget: maximum number of runs.
     """
 
     test: ConcreteTest

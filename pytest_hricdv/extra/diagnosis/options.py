@@ -26,9 +26,5 @@ class DiagnosisOptions:
     runs: int | None = None
 
     def budget(self, session_runs: int) -> int:
-        """The number of runs that experiments may take.
-
-        Args:
-            session_runs: number of runs of all tests, and of what generated them.
-        """
+        """The number of runs that experiments may take, given that of all tests and of what generated them."""
         return max(MIN_RUNS, int(SHARE * session_runs)) if self.runs is None else self.runs

@@ -1,4 +1,8 @@
-"""`PairSearch`: finds the deciding change of each cause and its shortest test, with the runs that experiments left."""
+"""`PairSearch`: finds the deciding change of each cause and its shortest test, with the runs that experiments left.
+
+`diagnose` calls its `decide` with the groups of failures. For each group, it shrinks a failing test (`shrunk`), and
+`NeighborSearch` looks for the nearest passing run. `keep_run` writes the replay file of a test that was shrunk.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +32,10 @@ class Minimal:
     """A test that was shrunk.
 
     Args:
-        test: what is left of it.
+        test: the shrunk test.
         ran: its run.
         requirement: the requirement that it violates, as the whole test does.
-        runs: how many it took.
+        runs: number of runs that shrinking took.
         is_done: whether nothing more can be taken away; otherwise the runs were used up.
     """
 
@@ -45,16 +49,13 @@ class Minimal:
 def shrunk(
     test: ConcreteTest, space: Concretization, control: RunSummary, requirement: str, run: Run, budget: int
 ) -> Minimal:
-    """A failing test without what it does not need.
+    """A failing test without the lines that it does not need to violate the requirement.
 
     Args:
-        test: the test that fails.
         space: the ranges of its parameters.
-        control: its run.
-        requirement: the requirement that it violates; outside of the condition under which this is known, if the
-            control does.
-        run: runs a test.
-        budget: most runs.
+        control: its run. If this violates the requirement outside of the condition of a known violation, so does the
+            shrunk test.
+        budget: maximum number of runs.
 
     Raises:
         KeyboardInterrupt: the user pressed Ctrl-C.
@@ -76,13 +77,10 @@ def shrunk(
 
 
 def keep_run(rerunner: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
-    """Run it once more and keep it as a replay file; returns the file's name, None if there is none.
+    """Run a shrunk test once more and keep it as a replay file. Returns the file's name, None if there is none.
 
     Args:
-        rerunner: runs tests.
-        case: the test that it was made of.
-        nodeid: the node id of this.
-        minimal: what was left.
+        case: the test that was shrunk, with its node id.
     """
     origin = ReplayOrigin("shrunk", case.abstract.id, minimal.requirement, minimal.runs)
 

@@ -1,4 +1,8 @@
-"""Records of a diagnosis in `report.json`: causes with their locations, deciding changes and experiments."""
+"""Records of a diagnosis in `report.json`: causes with their locations, deciding changes and experiments.
+
+`diagnose` makes a `Cause` for each cause and a `Diagnosis` with the evidence; they are the report's sections `CAUSES`
+and `DIAGNOSIS`, which `view`, `merging` and `triage` read.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +21,13 @@ DiagnosisEnd = Literal["done", "runs", "interrupted"]
 """Why experiments ended: no experiment was left, the budget of runs was used up, or Ctrl-C."""
 
 DIAGNOSIS_ENDS: tuple[DiagnosisEnd, ...] = ("done", "runs", "interrupted")
-"""In increasing order of precedence, for merged reports."""
+"""The reasons in increasing order of precedence: a merged report has the last one of its parts."""
 
 
 class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
     """A suspicious statement of the code under test.
 
     Args:
-        file: its file, as the report names it.
         line: its first line.
         function: the function that contains it.
         likely: whether it is shown as the location of the cause: its score is clearly above all others, and an

@@ -1,4 +1,8 @@
-"""Runs the tests of experiments, each in a fork that may crash or hang, and keeps of a run what the analysis needs."""
+"""Runs the tests of experiments, each in a fork that may crash or hang, and summarizes each run for the analysis.
+
+`diagnose` makes one `runner`, a function from a test to its `RunSummary`, for all experiments. `in_fork` and `ran` are
+its parts, which `pair_search`, `switching` and `executed_lines` use for runs of other kinds.
+"""
 
 from __future__ import annotations
 
@@ -37,10 +41,9 @@ class RunEvent(PlainRecord, frozen=True, kw_only=True):
     """An event of a run, such as a message or a change of a signal.
 
     Args:
-        time_s: when.
-        stream: sender and topic, or the signal.
-        value: what is not a float of a message's fields, or the signal's value.
-        text: all of it, for people.
+        stream: sender and topic of a message, or the signal.
+        value: the fields of a message that are no floats, or the signal's value.
+        text: the whole event, for people.
     """
 
     time_s: Number
@@ -85,8 +88,6 @@ def runner(rerunner: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteT
     """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe.
 
     Args:
-        rerunner: runs tests.
-        code: the code under test.
         traced: id -> tests whose runs are traced.
         measurement: the measurement of the code, in all other runs.
     """

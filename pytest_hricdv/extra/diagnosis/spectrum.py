@@ -1,7 +1,8 @@
 """Spectrum-based fault localization: which statements failing tests execute, and passing ones do not.
 
-The coefficient is Ochiai's (R. Abreu, P. Zoeteweij, A. van Gemund: On the Accuracy of Spectrum-based Fault
-Localization, TAIC PART 2007).
+`Subject` has the `Spectra` of a report's tests. Its `suspects` ranks the statements for `locations`, and `specific`
+tells kinds of failures apart for `grouping`. The coefficient is Ochiai's (R. Abreu, P. Zoeteweij, A. van Gemund: On the
+Accuracy of Spectrum-based Fault Localization, TAIC PART 2007).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from functools import cached_property
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 
 MAX_COMPARED = 3
-"""Number of most suspicious statements that are compared: a bug is seldom larger than three statements."""
+"""Number of the most suspicious statements by which failures are compared: a bug is seldom larger than three."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class ExecutionCounts:
     """The numbers of tests that execute an element of the code.
 
     Args:
-        failing: tests that fail and execute it.
-        passing: tests that pass and execute it.
-        all_failing: tests that fail.
+        failing: failing tests that execute the element.
+        passing: passing tests that execute it.
+        all_failing: all failing tests.
     """
 
     failing: int
@@ -43,7 +44,6 @@ class Suspect:
     """A statement with its suspiciousness.
 
     Args:
-        file: name, as in the report.
         line: first line of the statement.
         score: the score of the statement, or of the most suspicious branch that leaves it.
         passing: how many passing tests execute it.

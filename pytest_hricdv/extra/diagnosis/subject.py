@@ -1,4 +1,7 @@
-"""`Subject`, the input of a diagnosis, which its steps share: tests, failures and executed statements of a report."""
+"""`Subject`: the tests, failures and executed statements of a report, as the input that all steps of a diagnosis share.
+
+`diagnose` and `merging` make it with `Subject.of`; its `groups` returns the failures grouped by probable cause.
+"""
 
 from __future__ import annotations
 

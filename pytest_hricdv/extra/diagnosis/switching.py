@@ -1,7 +1,8 @@
 """Predicate switching: reruns a failing test with one branch decision of the code under test reversed.
 
-A test that passes then fails for what leads to this decision (X. Zhang, N. Gupta, R. Gupta: Locating Faults Through
-Automated Predicate Switching, ICSE 2006). `SwitchSearch` chooses the decisions, for `causes`.
+A test that then passes fails for what leads to this decision (X. Zhang, N. Gupta, R. Gupta: Locating Faults Through
+Automated Predicate Switching, ICSE 2006). `causes` makes a `SwitchSearch` for each cause, which chooses the decisions,
+and gives it the function that `make_switch_runner` returns, which runs a test with a decision reversed.
 """
 
 from __future__ import annotations
@@ -32,9 +33,8 @@ class DecisionSwitch(PlainRecord, frozen=True, kw_only=True):
     """A decision that is reversed in a run.
 
     Args:
-        file: name.
         line: the statement's line.
-        number: which time it is taken, from 1.
+        number: from 1, which of the times that the run takes this decision.
     """
 
     file: str
@@ -51,7 +51,7 @@ class SwitchedRun(PlainRecord, frozen=True, kw_only=True):
     """A run of instrumented code.
 
     Args:
-        last: each decision that was taken before the first violation, the last time.
+        last: the last time that each decision was taken before the first violation.
     """
 
     summary: RunSummary
@@ -63,12 +63,7 @@ RunSwitched = Callable[[ConcreteTest, DecisionSwitch | None], SwitchedRun | None
 
 
 def make_switch_runner(rerunner: TestRerunner, code: CodeMap) -> RunSwitched:
-    """Runs tests with the code changed in a fork; where there is none, nothing is run.
-
-    Args:
-        rerunner: runs tests.
-        code: the code under test.
-    """
+    """Returns a function that runs a test with the code changed, in a fork; without forks, it runs nothing."""
 
     @cache
     def functions() -> list[FunctionType]:

@@ -1,7 +1,8 @@
 """Traces the statements of the code under test that a run executed up to a violation, in order.
 
-Ordinary runs are measured by coverage, which says what was executed and not when: this costs nothing to speak of. Only
-the few failing tests that are run again for a diagnosis are traced statement by statement.
+`runs` and `executed_lines` give a `Tracer` to a run as its measurement; its `until` returns the `ViolationTrace`.
+Ordinary runs are measured by coverage, which costs little, but says only what was executed, not when. So only the few
+failing tests that are rerun for a diagnosis are traced statement by statement.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from pytest_hricdv.runtime.record import Value
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 MAX_STEPS = 2_000_000
-"""A longer run is traced so far only. Chosen: 32 MB; a run of the table has some 10,000."""
+"""Number of steps after which tracing of a run ends. Chosen: 32 MB; a run of the table has some 10,000."""
 
 _RETURNED = -1
 
 
 @dataclass(frozen=True, slots=True)
 class TraceStep:
-    """A line that was executed: when (s), by which of the code's nodes (from 0), and which statement of which file."""
+    """A line that was executed: the time (s), the number (from 0) of the node, and the statement's file and line."""
 
     time_s: float
     node: int
@@ -46,12 +47,11 @@ class ExecutedStatement(PlainRecord, frozen=True, kw_only=True):
     """A statement that a run has executed.
 
     Args:
-        file: name.
         line: first line.
-        node: which of the code's nodes executed it last, by their numbers from 0.
-        step: when last, counted in lines that were executed, from 1.
-        time_s: when last, in simulated time.
-        times: how often.
+        node: the number (from 0) of the node that executed it last.
+        step: the number of lines executed up to its last execution.
+        time_s: the time of its last execution (s, simulated).
+        times: how often it was executed.
     """
 
     file: str
@@ -84,11 +84,7 @@ class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
 
 @dataclass
 class Tracer:
-    """Traces one run; a `Measurement` (see `coverage.measurement`) that measures no coverage, and a `Watcher`.
-
-    Args:
-        code: the code that is traced.
-    """
+    """Traces one run; a `Measurement` (see `coverage.measurement`) that measures no coverage, and a `Watcher`."""
 
     code: CodeMap
     reason: str = "the run is traced instead"

@@ -1,6 +1,8 @@
 """`hricdv report triage`: proposes entries of `hri_known_violations`, each with a condition of one cause's violations.
 
-An entry also names the cause: a violation under the condition that has another cause is new, and fails the session.
+The command in `feature` calls `proposals`, and prints the `lines` of the result. An entry also names the cause: a
+violation under the condition that has another cause is new, and fails the session. `compare_with_entries` reports such
+causes at the end of a session.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ _KINDS: Mapping[str, type[bool] | type[float] | type[str]] = {"bool": bool, "flo
 
 @dataclass(frozen=True)
 class LoggedMessage:
-    """A message of a timeline."""
+    """A message in the timeline of a report."""
 
     time_s: float
     topic: str
@@ -35,7 +37,7 @@ class LoggedMessage:
 
 
 def round_time(time_s: float) -> float:
-    """A time (s) as timelines have it."""
+    """A time (s) with the resolution of timelines."""
     return round(time_s, 3)
 
 
@@ -48,7 +50,7 @@ def vocabulary_of(diagnosis: Diagnosis) -> Vocabulary:
 
 
 def log_of(test: TestResult, vocabulary: Vocabulary) -> Log:
-    """The log of a test that came to its end. Raises ValueError for one that did not."""
+    """The log of a test, from its timeline. Raises ValueError for a test of which no run ended."""
     timeline = test.timeline
     if timeline is None:
         raise ValueError(f"{test.id}: no run of it came to an end")
@@ -112,12 +114,7 @@ class TriageProposal:
 
 
 def proposals(report: Report, diagnosis: Diagnosis) -> tuple[TriageProposal, ...]:
-    """A proposal for each cause that is not known.
-
-    Args:
-        report: a report with failing tests.
-        diagnosis: its diagnosis.
-    """
+    """A proposal for each unknown cause of a report with failing tests."""
     subject = Subject.of(report)
     # Known violations take no experiments: a later session compares causes by association alone.
     ids = {failure: id_of(group) for group in subject.groups(ExperimentEvidence()) for failure in group.failures}

@@ -1,9 +1,9 @@
 """Variations of a failing test, each with one change and its description.
 
-The order is that in which they are tried: what says most about a cause in few runs comes first. A disturbance left out
-names what must not happen; another order of two actors names a race; another command of the same kind (`set_param
-pressure = 1` instead of `= 0`) leaves the rest of the test as it was. Values come last: there are most of them, and
-each may have a threshold. What happens last before the violation is varied first.
+`NeighborSearch` runs them in the order of `variations`: what says most about a cause in few runs comes first. Leaving a
+disturbance out names what must not happen; another order of two actors names a race; another command of the same kind
+(`set_param pressure = 1` instead of `= 0`) leaves the rest of the test as it was. Values come last: there are most of
+them, and each may have a threshold. Actions that begin last before the violation are varied first.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concre
 from pytest_hricdv.generate.sampler import Sampler
 
 Spot = tuple[int | None, str]
-"""The place of a parameter: the number of its action from 0, or None for one of the run; and its name."""
+"""The place of a parameter: the number (from 0) of its action, or None for a parameter of the run; and its name."""
 
 SAME_TIME_S = 1e-3
-"""Two actions begin at one time. As fine as times in a report are."""
+"""Difference (s) up to which two actions begin at the same time: the resolution of times in a report."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,9 @@ class Variation:
 
 
 def variations(test: ConcreteTest, space: Concretization, begun: Sequence[int] | None = None) -> Iterator[Variation]:
-    """All variations of a test, in the order in which they are to be tried.
+    """All variations of a failing test, in the order in which they are to be tried.
 
     Args:
-        test: the test that fails.
         space: the ranges of its parameters.
         begun: numbers (from 0) of the actions begun by the violation: later ones cannot decide. The last of them
             come first. None for all.

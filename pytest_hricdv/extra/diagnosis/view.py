@@ -1,4 +1,7 @@
-"""How causes are shown: first in the terminal, as a view of the page, and as JUnit properties."""
+"""`DiagnosisView`: shows causes first in the terminal, in a section of the page, and as JUnit properties.
+
+The report calls it by way of `registry`. `cause_lines` returns the lines of one cause.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,9 @@ from pytest_hricdv.report.violations import describe_violation, first_violation,
 from pytest_hricdv.results.gate_check import NEW_CAUSE
 from pytest_hricdv.results.model import Report, TestResult
 
-_MAX_REQUIREMENTS = 8
+_MAX_REQUIREMENTS = 8  # in the title of a cause
 _LABEL = 9
-"""Columns of `  where  ` and the other labels."""
+"""Number of columns of `  where  ` and the other labels in the terminal."""
 
 
 def cause_lines(
@@ -30,7 +33,6 @@ def cause_lines(
 
     Args:
         number: the number of the cause, from 1.
-        report: the report that has it.
         columns: number of columns of the terminal; None where lines may have any width.
         status: as `new`, compared with a baseline; empty if there is nothing to say.
         is_first: whether it is the first cause, which gets two lines where others get one.

@@ -1,4 +1,8 @@
-"""Time budgets (`--hri-budgets`): how slow each function and loop of the code may be before a requirement fails."""
+"""Time budgets (`--hri-budgets`): how slow each function and loop of the code may be before a requirement fails.
+
+`measure_session_budgets` calls `measure_budgets`, which runs passing tests with one function or loop delayed, and finds
+the budget by bisection.
+"""
 
 from __future__ import annotations
 
@@ -18,19 +22,18 @@ LONGEST_S = 10.0
 """Largest delay (s) that is tried for a budget: longer than any reaction of a robot to a person may take."""
 
 PRECISION_S = 0.001
-"""A budget is a number of milliseconds, which is as fine as the clocks of robots' middleware tick."""
+"""Precision of a budget (s): as fine as the clocks of robots' middleware tick."""
 
 PAIRED = 3
-"""Number of the smallest budgets whose pairs are measured: the table still fits on a screen."""
+"""Number of the smallest budgets of which pairs are measured, too: the table still fits on a screen."""
 
 
 def measure_budgets(
     run: RunTest, candidates: Sequence[ScheduleCandidate], starts: Mapping[str, str]
 ) -> Iterator[BudgetRecord]:
-    """The budget of each function and loop that a test executes; of pairs of the smallest, how slow both may be.
+    """The budget of each function and loop that a test executes; for pairs of the smallest, how slow both may be.
 
     Args:
-        run: runs tests.
         candidates: tests that pass, with their usual runs.
         starts: place of the first statement of each function and loop -> its name.
     """

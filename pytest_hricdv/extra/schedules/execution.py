@@ -1,4 +1,8 @@
-"""Runs a test under its schedule, if it has one: the code's nodes go on in another order than the usual one."""
+"""`ScheduleExecution`: runs a test under its schedule, if it has one, so that nodes resume in another order than usual.
+
+It is the `EXECUTION` of this feature (see `registry`); each run of a test calls its `surround`. `INSTRUMENTATION` has
+the scheduler of the last run, from which `SchedulesFeature` takes when nodes ran.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +31,14 @@ _HERE = Path(__file__).parent
 
 @dataclass
 class Instrumentation:
-    """Where all runs of this process are recorded: the points of the code, and the scheduler of the last run."""
+    """The state of this process: the points of the code if all its runs are instrumented, and the last scheduler."""
 
     points: CodePoints | None = None
     last: Scheduler | None = None
     is_debugged: bool = False
-    """Whether a debugger stops where a node is about to be held up."""
+    """Whether a debugger stops when a node is about to be held up (`--pdb`)."""
     quit: BaseException | None = None
-    """Raised after the run if a person quit the debugger: raised there, it would look like an error of the code."""
+    """Raised after the run if a person quit the debugger; raised at once, it would look like an error of the code."""
 
 
 INSTRUMENTATION = Instrumentation()

@@ -1,4 +1,8 @@
-"""Schedules and time budgets in a session: their options, and the experiments after the last test."""
+"""Schedules and time budgets in a session: their options, and the experiments after the last test.
+
+`SchedulesFeature` is the `FEATURE` of this folder (see `registry`). Its `after_tests` calls `search_schedules` for
+`--hri-schedules=N` and `measure_session_budgets` for `--hri-budgets=N`.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def _instrumentation() -> Instrumentation:
-    """That of this process. Its module loads much, which a session without a suite does not need."""
+    """The `INSTRUMENTATION` of this process, imported late: a session without a suite does not need its modules."""
     from pytest_hricdv.extra.schedules.execution import INSTRUMENTATION
 
     return INSTRUMENTATION
 
 
 class ScheduleOptions(NamedTuple):
-    """The number of runs with other schedules for each test, and of tests that time budgets are measured with."""
+    """The number of runs with other schedules, and of tests with which time budgets are measured; 0: none."""
 
     runs: int
     budgets: int

@@ -1,6 +1,7 @@
 """Pairs: statements of different threads that access the same data, in the order in which a run executes them.
 
-`search` looks for schedules that reverse them.
+`ExecutedSteps` finds them in what a run has executed, for `ScheduleWorker`. Each is a `DataConflict`; `ScheduleSearch`
+looks for schedules that reverse their order.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pytest_hricdv.extra.schedules.points import DataAccess
 from pytest_hricdv.extra.schedules.scheduler import US_PER_S, PointStep
 
 MOST_OF_A_PAIR = 8
-"""Number of executions kept of a pair: the first ones, then increasingly fewer."""
+"""Maximum number of executions of a pair that are kept: the first ones, then increasingly fewer."""
 
 
 class DataConflict(PlainRecord, frozen=True, kw_only=True):
@@ -23,9 +24,9 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
     Args:
         first: place of the statement that came first.
         number: which execution of it this was, from 1.
-        second: place of the other one.
-        step: which step of the run the first one was, from 0.
-        time_s: when it came (s of simulated time).
+        second: place of the other statement.
+        step: number (from 0) of the first execution among the steps of the run.
+        time_s: time of the first execution (s, simulated).
         gap_s: how much later the second one came (s).
         previous: what the first one's thread executes before, and which execution of it that is: perhaps it takes a
             lock that the second one needs.
@@ -58,10 +59,9 @@ class DataConflict(PlainRecord, frozen=True, kw_only=True):
 
 @dataclass
 class ExecutedSteps:
-    """What a run executed, in this order.
+    """The steps that the threads of a run executed, in this order.
 
     Args:
-        steps: the steps of all threads.
         nodes: thread number -> number of its node.
         places: the places of points, by their numbers.
         accesses: place -> what its statements read and write.

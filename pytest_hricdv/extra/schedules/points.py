@@ -1,7 +1,9 @@
 """Code points: where nodes of the code under test can be held, and which data each statement reads and writes.
 
-A statement or lambda has a point before it, and at each element of its comprehensions. One that reads and then writes
-the same data, as `self.count += 1` does, has a second one in between: another thread may come there, too.
+`points_of` returns the `CodePoints` of packages, and the changes that instrument their files, for
+`scheduler.instrument_points`. A statement or lambda has a point before it, and at each element of its comprehensions. A
+statement that reads and then writes the same data, as `self.count += 1` does, has a second point in between, where
+another thread may run, too.
 """
 
 from __future__ import annotations
@@ -18,10 +20,10 @@ from pytest_hricdv.execution.instrumented_code import Change
 from pytest_hricdv.generate.schedule import WRITES
 
 HOOK, BETWEEN = "__hricdv_point__", "__hricdv_between__"
-"""What instrumented code calls: before a statement; and with the value that a statement is about to write."""
+"""The functions that instrumented code calls: before a statement, and with the value that it is about to write."""
 
 LOCAL_LOCK = "a lock"
-"""Data that stands for all locks in local variables: which one it is, only a run knows."""
+"""The name, as data, of all locks in local variables: which lock it is, is only known in a run."""
 
 _COMPOUND = (ast.If, ast.While, ast.For, ast.AsyncFor, ast.With, ast.AsyncWith, ast.Try, ast.Match)
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
@@ -294,12 +296,7 @@ def _own_nodes(function: ast.AST) -> Iterator[ast.AST]:
 
 
 def access_of(statement: ast.stmt, own: frozenset[str]) -> DataAccess:
-    """What a statement reads and writes; of a compound one, its first line.
-
-    Args:
-        statement: the statement of a function.
-        own: the function's local variables.
-    """
+    """What a statement of a function with these own variables reads and writes; of a compound one, its first line."""
     reads: set[str] = set()
     writes: set[str] = set()
     for node in _header(statement):

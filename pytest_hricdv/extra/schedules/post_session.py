@@ -1,4 +1,9 @@
-"""What `--hri-schedules` and `--hri-budgets` do after the last test: search schedules, measure time budgets."""
+"""What `--hri-schedules` and `--hri-budgets` do after the last test: search schedules, measure time budgets.
+
+`SchedulesFeature.after_tests` calls `search_schedules` and `measure_session_budgets`, whose results go into the report.
+Both run tests in a `ScheduleWorker`. `RaceHunt` draws schedules from a `ScheduleSearch`, and shortens each schedule
+under which a test fails by a `RaceExamination`.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +31,13 @@ from pytest_hricdv.session.feature import DecidingRun, FeatureSession
 from pytest_hricdv.session.replaying import name_test
 
 SLOWEST_S = 0.05
-"""Longest hold of a node (s) where the testbench declares none: as long as a busy machine may take."""
+"""Longest hold of a node (s) without `Timing(slowest_s=...)` in the testbench: a busy machine may take as long."""
 
 RUNS_OF_A_TEST = 4
-"""Runs of the budget for each test that is searched."""
+"""Number of runs of the budget per test: a budget of N runs is spent on N / 4 tests."""
 
 MAX_OPEN = 200
-"""Number of open pairs that are listed."""
+"""Maximum number of pairs in the report that came in one order only."""
 
 
 def search_schedules(
@@ -104,8 +109,6 @@ class RaceHunt:
     """Runs tests with schedules, and examines those that fail.
 
     Args:
-        session: the session whose tests are run.
-        run: runs tests.
         budget: the budget of runs with schedules.
     """
 

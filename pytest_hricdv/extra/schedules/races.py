@@ -1,4 +1,7 @@
-"""`RaceExamination`: shortens the schedule under which a test fails, and tells a wrong order from a mere delay."""
+"""`RaceExamination`: shortens the schedule under which a test fails, and tells a wrong order from a mere delay.
+
+`RaceHunt` makes one for each failing schedule; it returns a `ScheduleRace`, which `words` describes in a sentence.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
 JUST_S = 1e-6
-"""A delay that is this much (s) shorter than a hold does not change the order: the resolution of virtual time."""
+"""How much shorter than a hold (s) a delay must be to change no order: the resolution of virtual time."""
 
 HALVINGS = 12
 """Bisections of a delay, which find it to 1/4096 of its length."""
@@ -28,7 +31,6 @@ class ScheduleRace:
 
     Args:
         test: the test with a minimal schedule.
-        ran: its run.
         kind: `wrong-order` if it fails because of the order of two threads or tasks, `late` if a delay suffices that
             changes no order.
         least_s: the shortest delay with which it fails (s); for `wrong-order`, the sum of the holds or delays.
@@ -47,7 +49,6 @@ class RaceExamination:
     """Removes decisions while the test still fails, and tells a wrong order from a delay.
 
     Args:
-        run: runs tests.
         fails: whether a run fails in the same way.
         is_moved: whether a parameter of the test was changed, so that it may fail without any decision.
     """

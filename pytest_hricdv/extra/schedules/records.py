@@ -1,4 +1,8 @@
-"""Records of schedules in `report.json`: schedules under which tests fail, time budgets, and when threads ran."""
+"""Records of schedules in `report.json`: schedules under which tests fail, time budgets, and when threads ran.
+
+`post_session` makes a `ScheduleResult` with its `RaceRecord`s and a `BudgetRecord` per function or loop; `scheduler`
+makes the `NodeLane`s of a test with a schedule. `view` shows all of them.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +15,10 @@ from pytest_hricdv._base.schedule_record import FailureKind, ScheduleData
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 ScheduleSearchEnd = Literal["done", "nothing to order", "interrupted"]
-"""Why the search ended; nothing to order: in no test did two nodes, threads or callbacks of the code run."""
+"""Why the search ended. `nothing to order`: no test ran two nodes, threads or callbacks of the code."""
 
 OTHERWISE = "they do not pass in a process of their own, as they did in the session"
-"""Why tests are left out of the search."""
+"""Why tests are left out of the search, as the end of a sentence."""
 
 
 class RaceRecord(PlainRecord, frozen=True, kw_only=True):
@@ -23,15 +27,15 @@ class RaceRecord(PlainRecord, frozen=True, kw_only=True):
     Args:
         requirement: the requirement that is violated; empty for a fault.
         fault: what else is wrong, a sentence.
-        test: id of the test that passes.
+        test: id of the test, which passes under the usual schedule.
         failure_kind: see `FailureKind`.
         schedule: the schedule, with the fewest decisions.
-        words: what happens.
-        least_s: the least delay that does it (s).
-        is_counted: whether it fails the session; a late one does where `Timing(slowest_s=...)` is declared.
+        words: what happens under it, a sentence.
+        least_s: the shortest delay with which the test fails (s).
+        is_counted: whether it fails the session; a late one does if `Timing(slowest_s=...)` is declared.
         found_after: the number of runs until it was found.
         id: the id of the test with this schedule.
-        replay: the replay of this.
+        replay: the replay file of this test.
     """
 
     requirement: str

@@ -1,4 +1,8 @@
-"""`ScheduleWorker`: runs tests under schedules in forks, and tells what each run violated, executed and waited for."""
+"""`ScheduleWorker`: runs tests under schedules in forks, and tells what each run violated, executed and waited for.
+
+`post_session` makes one for its search or measurement. Its `run` takes a test and returns a `ScheduleRun`, which
+`ScheduleSearch` and `RaceExamination` evaluate.
+"""
 
 from __future__ import annotations
 
@@ -24,23 +28,23 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 MAX_PACKED = 50_000
-"""Number of steps of a run that are packed."""
+"""Maximum number of steps that `pack_steps` keeps of a run, the first ones."""
 
 
 class ScheduleRun(PlainRecord, frozen=True, kw_only=True):
     """A run with a schedule, or one without that was noted.
 
     Args:
-        violated: requirements.
+        violated: the requirements that it violated.
         faults: what else was wrong with it, a sentence each.
         threads: how many threads of the code, or tasks of asyncio, executed anything.
-        conflicts: some of each pair.
+        conflicts: some executions of each pair.
         executed: place -> how often.
         ready: for each choice between nodes, how many were ready, and the place that was executed next.
         messages: topic -> how many were published.
-        arrivals: topics of messages in the order of their arrival, where one was late.
-        actions: when they began (s), and their numbers from 1.
-        held: what decisions did.
+        arrivals: topics of messages in the order of their arrival, if one was late.
+        actions: the times (s) at which actions began, and their numbers from 1.
+        held: the effect of each decision of the schedule.
         steps: thread and point of what was executed, one after the other, as `pack_steps` packs the first ones.
         is_deadlock: whether nodes waited for locks of each other when it was over.
         waits: waits without end when the run was over, a sentence each.
@@ -81,17 +85,14 @@ RunTest = Callable[[ConcreteTest], ScheduleRun | None]
 """Runs a test; None where the run came to no end."""
 
 _BYTES = 8
-"""Of the length before a request."""
+"""Size (bytes) of the length in front of a request."""
 
 
 class ScheduleWorker:
     """A fork of the session whose code is instrumented, and that runs one test after the other.
 
-    After a run with a fault, or to no end, the next one takes place in a new fork: whatever a schedule leads to ends
-    with its run.
-
-    Args:
-        rerunner: runs tests.
+    After a run with a fault, or one that did not end, the next run takes place in a new fork: what a schedule has
+    damaged ends with its run.
     """
 
     def __init__(self, rerunner: TestRerunner) -> None:

@@ -1,4 +1,8 @@
-"""`Scheduler`: holds nodes and delays messages in a run as its schedule says, and records what is executed when."""
+"""`Scheduler`: holds nodes and delays messages in a run as its schedule says, and records what is executed when.
+
+`ScheduleExecution` enters `instrument_points`, which instruments the code, and `schedule_run`, which makes a scheduler
+for the run. `lanes` returns when each node ran, for the report.
+"""
 
 from __future__ import annotations
 
@@ -22,23 +26,23 @@ from pytest_hricdv.runtime.virtual.deadlocks import EndlessWait, find_deadlocks,
 from pytest_hricdv.runtime.virtual.thread_pool import WORK
 
 MAX_STEPS = 200_000
-"""Number of executions of code points that are recorded, which takes some 20 MB; a run of the table has some 10,000."""
+"""Maximum number of recorded executions of code points, which take some 20 MB; a run of the table has some 10,000."""
 
 MAX_CHOICES = 10_000
-"""Number of choices between ready nodes, and of messages, that are recorded."""
+"""Maximum number of recorded choices between ready nodes, and of recorded messages."""
 
 AROUND_S = 1.0
-"""Switches are kept up to so long before and after a decision (s): within it people and robots react."""
+"""How long before and after a decision (s) switches between nodes are kept: people and robots react within it."""
 
 MAX_SWITCHES = 500
-"""Of a run: a busy second of ten threads."""
+"""Maximum number of kept switches of a run: a busy second of ten threads."""
 
 US_PER_S = 1_000_000
 
 
 PointStep = tuple[int, int, int]
-"""The number of a point that was executed; of the thread of the code, or task of asyncio, from 0; when (us of simulated
-time)."""
+"""An executed point: the number of the point, that of the thread or task of asyncio (from 0), and the time (us,
+simulated)."""
 
 
 class HeldNode(PlainRecord, frozen=True, kw_only=True):
@@ -77,13 +81,10 @@ class HeldNode(PlainRecord, frozen=True, kw_only=True):
 
 @dataclass
 class Scheduler:
-    """Carries out the decisions of one run, as instrumented code asks for them.
+    """Carries out the decisions of a schedule in one run, as instrumented code asks for them.
 
     Args:
-        code: the code whose nodes are scheduled.
-        decisions: the decisions of the schedule.
-        points: the points of the instrumented code.
-        stop: called where a node is about to be held up.
+        stop: called when a node is about to be held up.
     """
 
     kernel: Kernel
@@ -271,13 +272,7 @@ def calculate_written(_: int, value: object, read: object = None, operation: str
 def schedule_run(
     run: Run, code: CodeUnderTest, points: CodePoints, stop: Callable[[str], None] | None = None
 ) -> Iterator[Scheduler]:
-    """Carry out the schedule of a run's test while it runs.
-
-    Args:
-        code: its nodes of the code under test.
-        points: the points of the code, which is instrumented.
-        stop: see `Scheduler`.
-    """
+    """Carry out the schedule of a run's test while it runs, in code instrumented with these points."""
     scheduler = Scheduler(run.kernel, code, run.test.schedule, points, stop)
     run.kernel.pick, run.kernel.notice_return = scheduler.pick, scheduler.end_holds
     run.bus.transport = scheduler.carry

@@ -1,11 +1,11 @@
 """`ScheduleSearch`: searches for schedules under which a passing test fails.
 
-One run of a test notes which node executes which statement when. Where two nodes read and write the same data, the
-first is held up until the other one has run, which reverses their order (see `pairs`). Each place to hold a node up is
-tried alone first, once for all pairs that begin there. Where the other one comes too late for that, a parameter of the
-test is moved so that it comes in time. A run has one to three decisions: most races need one (S. Burckhardt,
-P. Kothari, M. Musuvathi, S. Nagarakatte: A Randomized Scheduler with Probabilistic Guarantees of Finding Bugs,
-ASPLOS 2010).
+`RaceHunt` gets tests with schedules from `draw`, and passes each run to `note`. A run shows which node executes which
+statement when. If two nodes read and write the same data, the first is held up until the other one has run, which
+reverses their order (see `pairs`). Each place to hold a node up is tried alone first, once for all pairs that begin
+there. If the other node comes too late for that, a parameter of the test is changed so that it comes in time. A run has
+one to three decisions: most races need one (S. Burckhardt, P. Kothari, M. Musuvathi, S. Nagarakatte: A Randomized
+Scheduler with Probabilistic Guarantees of Finding Bugs, ASPLOS 2010).
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.generate.schedule import ScheduleDecision
 
 MOST_DECISIONS = 3
-"""In one run."""
+"""Maximum number of decisions of a schedule, and so of one run."""
 
 ONE = 0.6
 """The share of runs with one decision only."""
 
 CAUSED = 0.75
-"""The share of moves of the action that the second of a pair came after; the others move any action."""
+"""Of moved actions, the share of those that the second statement of a pair follows; the others are any actions."""
 
 LATE = 0.15
-"""The share of decisions at random that let a message be late."""
+"""The share of random decisions that delay a message."""
 
 HOLDS = 3
-"""Number of locations tried for holding a thread in a pair."""
+"""Number of places tried for holding the first thread of a pair up."""
 
 DELAY_EACH = 3
-"""Of what reverses pairs, each third is a delay; the others are holds."""
+"""Of the decisions that reverse pairs, each third is a delay; the others are holds."""
 
 MAX_REPEATS = 20
 """Number of successive draws that repeat earlier ones, after which one is accepted."""
 
 FIRST = 0.75
-"""The share of pairs and choices tried where a test has them first: a start, or the first event; others anywhere."""
+"""The share of pairs and choices tried at their first execution in a test, such as a start; others at any execution."""
 
 Option = TypeVar("Option")
 
@@ -70,11 +70,7 @@ TestSchedule = tuple[ScheduleCandidate, ConcreteTest]
 
 @dataclass
 class ScheduleSearch:
-    """Draws schedules for tests, and keeps which pairs were tried.
-
-    Args:
-        slowest_s: the longest time for which a node is held up (s).
-    """
+    """Draws schedules for tests, which hold a node up for `slowest_s` at most, and keeps which pairs were tried."""
 
     slowest_s: float
     seed: int
@@ -107,7 +103,6 @@ class ScheduleSearch:
         """Pairs that a run executed; with a schedule, those that are new or nearer lead to further decisions.
 
         Args:
-            run: the run of a test.
             candidate: the candidate that the test was made of, if it has a schedule.
             test: the test with this schedule.
         """

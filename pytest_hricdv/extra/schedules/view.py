@@ -1,4 +1,7 @@
-"""How a report shows schedules under which tests fail, and time budgets."""
+"""`SchedulesView`: shows schedules under which tests fail, and time budgets, in the terminal and on the page.
+
+The report calls it by way of `registry`. `budget_lines` and `title` make the lines of the terminal.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report, TestResult
 
 MAX_BUDGETS = 12
-"""Number of smallest budgets shown in the terminal: half a screen."""
+"""Maximum number of budgets in the terminal, the smallest ones: half a screen."""
 
 
 class SchedulesView(View):
@@ -38,7 +41,7 @@ class SchedulesView(View):
         return {"nodes": [to_builtins(lane) for lane in lanes]} if (lanes := LANES.of(test)) else {}
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
-        """Where the code has threads and nobody searched for schedules, that one order was tested."""
+        """A note that one order was tested, if the code has threads and no schedules were searched."""
         if any(test.concrete.schedule for test in report.tests):
             return
         if SCHEDULES.of(report) is None and any(THREADS.of(test) for test in report.tests):
