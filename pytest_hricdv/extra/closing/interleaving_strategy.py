@@ -28,8 +28,8 @@ from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 CANDIDATES = 24
-"""Number of tests among which one with the rarest encounter is taken. Each costs a run of the model; a model with two
-actors has few."""
+"""Number of tests among which one with the rarest encounter is taken: enough for models with two actors, which have
+few tests. Each costs a run of the model."""
 
 MAX_TESTS = 512
 """Number of tests, evenly spread over the pool, that are searched for possible encounters: it takes some seconds."""

@@ -42,7 +42,7 @@ class OnlineStrategy:
 
 
 def roles_of(testbench: Testbench) -> tuple[Role, ...]:
-    """The roles of those who decide during runs, in the order of the actors; empty if the testbench declares none.
+    """The roles of the people who decide during runs, in the order of the actors; empty if the testbench has none.
 
     Raises:
         InteractiveAgentError: a declaration names what the model or the run does not have.

@@ -43,7 +43,7 @@ MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
 
 @dataclass
 class Trials:
-    """A number of tries, and how many of them ended with each outcome."""
+    """A number of tries of combinations, and how many of them ended with each outcome."""
 
     tries: int = 0
     outcomes: Counter[Outcome] = field(default_factory=Counter)

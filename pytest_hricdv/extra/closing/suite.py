@@ -1,7 +1,7 @@
 """The suite that a closing loop yields: a small part of its tests, which hits all that its runs hit; and its cache.
 
-`ClosureGenerator` calls `smallest_suite`, or `repeatable_suite` if tests were made while they ran, and keeps the suite
-in a `SuiteCache` for later sessions.
+`ClosureGenerator` calls `repeatable_suite`, or `smallest_suite` if tests cannot be run again, and keeps the suite in a
+`SuiteCache` for later sessions.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ _MAX_VIOLATIONS = 5
 _MAX_NEAR = 3
 """Maximum number of requirements in the terminal that are nearest to a violation, on one line."""
 
-_KINDS = {"verdict": "verdicts", "branch": "branches"}
+_KINDS = {"verdict": "verdicts", "branch": "branches"}  # kind of points -> its plural
 _ENDED = {
     "closed": "nothing is open",
     "runs": "the budget of runs is used up",

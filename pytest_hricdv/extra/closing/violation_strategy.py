@@ -35,7 +35,7 @@ class Aim:
     """A search goal: a violation of a requirement, or a run in which a part of it decides.
 
     Args:
-        target: the target of the proposals for it.
+        target: the point that proposals for it aim at.
         starts: the runs that are varied, the nearest first.
         margin: the least one of these runs; None if nothing is compared. spread: the spread of the margins of all runs.
     """

@@ -42,7 +42,8 @@ from pytest_hricdv.runtime.supervision import took_long
 from pytest_hricdv.session.feature import FeatureSession
 
 SWITCHED_TESTS = 2
-"""Number of tests of a cause, if it has as many, that a reversed decision must let pass: one may pass by chance."""
+"""Number of failing tests of a cause, if it has as many, that must pass with a decision reversed to count: a single
+test may pass by chance."""
 
 
 def switch_decisions(

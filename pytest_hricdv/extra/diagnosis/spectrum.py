@@ -1,6 +1,6 @@
 """Spectrum-based fault localization: which statements failing tests execute, and passing ones do not.
 
-`Subject` has the `Spectra` of a report's tests. Its `suspects` ranks the statements for `locations`, and `specific`
+`Subject` has the `Spectra` of a report's tests. `Spectra.suspects` ranks statements for `locations`, `Spectra.specific`
 tells kinds of failures apart for `grouping`. The coefficient is Ochiai's (R. Abreu, P. Zoeteweij, A. van Gemund: On the
 Accuracy of Spectrum-based Fault Localization, TAIC PART 2007).
 """

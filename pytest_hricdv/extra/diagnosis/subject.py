@@ -1,6 +1,6 @@
 """`Subject`: the tests, failures and executed statements of a report, as the input that all steps of a diagnosis share.
 
-`diagnose` and `merging` make it with `Subject.of`; its `groups` returns the failures grouped by probable cause.
+`diagnose`, `merging` and `triage` make it with `Subject.of`; `groups` returns the failures grouped by probable cause.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 MAX_STEPS = 2_000_000
 """Number of steps after which tracing of a run ends. Chosen: 32 MB; a run of the table has some 10,000."""
 
-_RETURNED = -1
+_RETURNED = -1  # in place of a statement's number: the function returned
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from pytest_hricdv.extra.ros2.wait_set import WaitSet
 
 
 class GoalEvent(IntEnum):
-    """Like `rcl_action_goal_event_t`."""
+    """What changes the state of a goal, numbered like `rcl_action_goal_event_t`."""
 
     EXECUTE = 0
     CANCEL_GOAL = 1
@@ -33,7 +33,7 @@ class GoalEvent(IntEnum):
 
 
 class GoalState(IntEnum):
-    """Numbered as in `action_msgs/msg/GoalStatus`."""
+    """The states of a goal, numbered as in `action_msgs/msg/GoalStatus`."""
 
     ACCEPTED = 1
     EXECUTING = 2

@@ -18,17 +18,18 @@ import yaml
 from pytest_hricdv.declarations.ros2 import LaunchError, RosNode
 from pytest_hricdv.extra.ros2.handles import RCLError
 
-_START, _END = "--ros-args", "--"
+_START, _END = "--ros-args", "--"  # ROS arguments stand between these
 _WITH_VALUE = ("--log-level", "--log-config-file", "--enclave", "-e", "--log-file-name")
+# As in `--enable-stdout-logs`. These, and all of `_WITH_VALUE` but `--log-level`, have no effect in a run.
 _SWITCHES = ("stdout-logs", "external-lib-logs")
 
 
 class InvalidROSArgsError(RCLError):
-    """Like `RCLInvalidROSArgsError` of the extension."""
+    """Like `RCLInvalidROSArgsError` of `rclpy`'s extension: a ROS argument lacks its value, or has a wrong one."""
 
 
 class UnknownROSArgsError(RuntimeError):
-    """Like that of the extension."""
+    """Like the error of `rclpy`'s extension: ROS does not know an argument."""
 
 
 _TRUE = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])

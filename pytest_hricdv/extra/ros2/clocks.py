@@ -47,11 +47,11 @@ def need_no_clock_topic(kernel: Kernel) -> None:
 
 
 class TimerCancelledError(RCLError):
-    """Like that of the extension: a timer that is cancelled was called."""
+    """Like the error of `rclpy`'s extension: a timer that is cancelled was called."""
 
 
 class ClockType(IntEnum):
-    """Like `rcl_clock_type_t`."""
+    """The kinds of clocks, numbered like `rcl_clock_type_t`."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1
@@ -60,7 +60,7 @@ class ClockType(IntEnum):
 
 
 class ClockChange(IntEnum):
-    """Like `rcl_clock_change_t`."""
+    """How the source of a ROS clock's time changed, numbered like `rcl_clock_change_t`."""
 
     ROS_TIME_NO_CHANGE = 1
     ROS_TIME_ACTIVATED = 2

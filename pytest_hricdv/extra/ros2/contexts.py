@@ -21,7 +21,7 @@ from pytest_hricdv.runtime.kernel import Kernel, current_node
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 DEFAULT_DOMAIN = 2**64 - 1
-"""Like `RCL_DEFAULT_DOMAIN_ID`: an unspecified domain, which is 0; the environment is ignored."""
+"""Like `RCL_DEFAULT_DOMAIN_ID`: no domain is given, which means 0 here; ROS_DOMAIN_ID is ignored."""
 
 
 class Context(Destroyable):

@@ -20,11 +20,11 @@ from pytest_hricdv.runtime.kernel import Kernel
 
 
 class UnsupportedEventTypeError(RCLError):
-    """Like that of the extension, so that code can catch it; this middleware has all events."""
+    """Like the error of `rclpy`'s extension, so that code can catch it; this middleware has all events."""
 
 
 class SubscriptionEventType(IntEnum):
-    """Like `rcl_subscription_event_type_t`."""
+    """The kinds of events of a subscription, numbered like `rcl_subscription_event_type_t`."""
 
     RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
     RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1
@@ -35,7 +35,7 @@ class SubscriptionEventType(IntEnum):
 
 
 class PublisherEventType(IntEnum):
-    """Like `rcl_publisher_event_type_t`."""
+    """The kinds of events of a publisher, numbered like `rcl_publisher_event_type_t`."""
 
     RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
     RCL_PUBLISHER_LIVELINESS_LOST = 1

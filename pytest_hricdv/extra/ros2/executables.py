@@ -36,7 +36,7 @@ from pytest_hricdv.extra.ros2.packages import (
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _CONTAINERS = "rclcpp_components/component_container*"
-"""Pattern of the containers of composable nodes: a testbench declares the nodes loaded into them, no container."""
+"""Pattern of the containers of composable nodes, which are ignored: a testbench replaces the nodes loaded into them."""
 _PATH_LENGTH = 3
 """Number of last parts of an executable's path that identify it: lib/PACKAGE/EXECUTABLE."""
 

@@ -31,7 +31,7 @@ _PLAIN = (
 )
 """Entities of nodes, in the order in which `rclpy` checks them -> how an executor takes their data."""
 
-# The methods of `rclpy`'s `Executor` that this module replaces or calls
+# The methods of `Executor` that this module replaces or calls
 _USED = ("_wait_for_ready_callbacks", "_make_handler", *(take for _, take in _PLAIN), "_take_waitable")
 
 

@@ -39,7 +39,7 @@ _EVENTS_EXECUTOR = "EventsExecutor"
 
 
 class SignalHandlerOptions(IntEnum):
-    """Like that of the extension: the signals that `rclpy` asks to handle."""
+    """The signals that `rclpy` asks to handle, numbered as in its extension."""
 
     NO = 0
     SIGINT = 1

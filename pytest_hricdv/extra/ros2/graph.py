@@ -22,7 +22,7 @@ _Entities = dict[str, list[Any]]
 
 
 class NodeNameNonExistentError(RCLError):
-    """Like that of the extension."""
+    """Like the error of `rclpy`'s extension: there is no node of this name."""
 
 
 class Carrier(Protocol):

@@ -21,11 +21,11 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class RCLError(RuntimeError):
-    """Like that of the extension: the ROS client library refuses a call."""
+    """Like the error of `rclpy`'s extension: the ROS client library refuses a call."""
 
 
 class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
-    """Like that of the extension: the handle was destroyed."""
+    """Like the error of `rclpy`'s extension: the handle was destroyed."""
 
 
 def node_that_runs() -> Node | None:

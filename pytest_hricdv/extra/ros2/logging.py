@@ -15,11 +15,11 @@ from pytest_hricdv.extra.ros2.handles import current_kernel, node_that_runs
 from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.runtime.kernel import Kernel
 
-SEPARATOR = "."
+SEPARATOR = "."  # between the name of a logger and the names of those below it
 
 
 class Severity(IntEnum):
-    """Like `RCUTILS_LOG_SEVERITY`."""
+    """The levels of log entries, like `RCUTILS_LOG_SEVERITY`."""
 
     RCUTILS_LOG_SEVERITY_UNSET = 0
     RCUTILS_LOG_SEVERITY_DEBUG = 10

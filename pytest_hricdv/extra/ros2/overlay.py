@@ -25,7 +25,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 T = TypeVar("T", bound=Hashable)
 
-_TYPE_SUPPORTS = "rosidl_generator_py"
+_TYPE_SUPPORTS = "rosidl_generator_py"  # the module that imports C type supports
 
 _VISITING_SETS = ("rclpy.executors", "rclpy.time_source", "rclpy.lifecycle.node")
 """Modules that iterate over sets of nodes. The order of a set depends on addresses, which differ between runs."""

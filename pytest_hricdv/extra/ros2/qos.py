@@ -1,7 +1,7 @@
 """Quality of service: profiles, and which publishers and subscriptions match (DDS 1.4, 2.2.3).
 
 `topics` and `services` give each endpoint a `Profile`, which `effective` completes with defaults. `mismatches` says
-which policies keep a subscription from matching a publisher; `check_compatible` says it to `rclpy`.
+which policies keep a subscription from matching a publisher; `check_compatible` tells `rclpy` the same.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ BEST_AVAILABLE_NS = INFINITE_NS - 1
 
 
 class QosPolicyKind(IntEnum):
-    """Like `rmw_qos_policy_kind_t`."""
+    """The kinds of QoS policies, numbered like `rmw_qos_policy_kind_t`."""
 
     RMW_QOS_POLICY_INVALID = 1
     RMW_QOS_POLICY_DURABILITY = 2
@@ -44,7 +44,7 @@ _SYSTEM_DEFAULT, _UNKNOWN, _BEST_AVAILABLE = 0, 3, 4
 
 
 class QoSCompatibility(IntEnum):
-    """Like `rmw_qos_compatibility_type_t`."""
+    """Whether two profiles match, numbered like `rmw_qos_compatibility_type_t`."""
 
     OK = 0
     WARNING = 1
@@ -53,7 +53,7 @@ class QoSCompatibility(IntEnum):
 
 @dataclass(frozen=True)
 class CompatibilityResult:
-    """Like `QoSCheckCompatibleResult`."""
+    """Whether two profiles match, and why not, like `QoSCheckCompatibleResult` of `rclpy`."""
 
     compatibility: QoSCompatibility = QoSCompatibility.OK
     reason: str = ""

@@ -26,7 +26,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class IntrospectionState(IntEnum):
-    """Like `ServiceIntrospectionState`."""
+    """What is published about requests and responses: nothing, their times, or also their fields."""
 
     OFF = 0
     METADATA = 1
@@ -34,7 +34,7 @@ class IntrospectionState(IntEnum):
 
 
 class ServiceEvent(IntEnum):
-    """Numbered as in `service_msgs/msg/ServiceEventInfo`."""
+    """The published events of a service, numbered as in `service_msgs/msg/ServiceEventInfo`."""
 
     REQUEST_SENT = 0
     REQUEST_RECEIVED = 1

@@ -11,8 +11,8 @@ import bisect
 import math
 from dataclasses import dataclass, field
 
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+Vector = tuple[float, float, float]  # x, y, z
+Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 NO_TRANSLATION: Vector = (0.0, 0.0, 0.0)

@@ -16,6 +16,7 @@ from pytest_hricdv.runtime.kernel import US_PER_S, Kernel
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
+# The kinds of handles that a wait set has
 _KINDS = ("subscription", "guard_condition", "timer", "client", "service", "event")
 
 

@@ -31,7 +31,7 @@ from pytest_hricdv.runtime.virtual.clocks import uuid4
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
-_LATCHED = qos.Profile(depth=1, durability=qos.TRANSIENT_LOCAL)
+_LATCHED = qos.Profile(depth=1, durability=qos.TRANSIENT_LOCAL)  # later subscriptions get the last message
 
 
 class MessageQueue(RosQueue):
