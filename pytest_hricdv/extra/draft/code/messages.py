@@ -45,14 +45,13 @@ class MessageFinder:
 
     def messages(self) -> tuple[Message, ...]:
         """All messages, in the order of the code."""
-        internal = self._internal_queues()
         for module, scope, node in self._flow.nodes:
             if isinstance(node, ast.Call):
-                self._read_call(CallSite(module, scope, node), internal)
+                self._read_call(CallSite(module, scope, node))
             elif isinstance(node, ast.MatchClass):
                 self._read_test(module, node.cls)
             elif isinstance(node, ast.AnnAssign | ast.arg) and node.annotation is not None:
-                self._read_annotation(module, node, internal)
+                self._read_annotation(module, node)
         messages = [self._message(key, uses) for key, uses in self._uses.items()]
         return tuple(sorted((made for made in messages if made is not None), key=lambda message: message.location))
 
@@ -63,7 +62,7 @@ class MessageFinder:
         if channel and channel not in uses.channels:
             uses.channels.append(channel)
 
-    def _read_call(self, call: CallSite, internal: set[str]) -> None:
+    def _read_call(self, call: CallSite) -> None:
         name, node = last_name(call.node.func).strip("_"), call.node
         location, receiver = call.module.location(node), _receiver(node)
         arguments = [*node.args, *(keyword.value for keyword in node.keywords)]
@@ -71,7 +70,7 @@ class MessageFinder:
             self._read_test(call.module, node.args[1])
         is_queue = name in ("put", "put_nowait")
         if name in PUBLISHES or self._is_port_call(call):
-            for argument in arguments if not (is_queue and receiver in internal) else ():
+            for argument in arguments:
                 for scope in self._classes_of(argument, call.module, call.scope):
                     self._note(scope, "published", location, receiver if is_queue else "")
         if name == "subscribe":
@@ -100,14 +99,14 @@ class MessageFinder:
         return any(isinstance(node, ast.Call) and last_name(node.func) in TAKES
                    for node, _, _ in self._flow.expressions(value, call.module, call.scope))  # fmt: skip
 
-    def _read_annotation(self, module: Module, node: ast.AnnAssign | ast.arg, internal: set[str]) -> None:
+    def _read_annotation(self, module: Module, node: ast.AnnAssign | ast.arg) -> None:
         """`inbox: Queue[Order]`, of which the code takes, or to which it adds."""
         annotation = parse_annotation(node.annotation)
         if not isinstance(annotation, ast.Subscript) or isinstance(annotation.slice, ast.Tuple):
             return
         name = node.arg if isinstance(node, ast.arg) else name_with_dots(node.target).rpartition(".")[2]
         key = name.strip("_")
-        if name_with_dots(annotation.value).rpartition(".")[2] in _QUEUES and key not in internal:
+        if name_with_dots(annotation.value).rpartition(".")[2] in _QUEUES:
             puts, gets = self._sides(key)
             for own in find_message_classes(self._sources, annotation.slice, module):
                 if gets:
@@ -117,29 +116,15 @@ class MessageFinder:
 
     def _sides(self, queue: str) -> tuple[list[CodeLine], list[CodeLine]]:
         """The places where the code puts into a queue of this name, and where it takes from it."""
-        puts, gets = self._sides_by_owner(queue)
-        return [line for lines in puts.values() for line in lines], [line for lines in gets.values() for line in lines]
-
-    def _sides_by_owner(self, queue: str) -> tuple[dict[int, list[CodeLine]], dict[int, list[CodeLine]]]:
-        """These places for each class, and for each module outside of classes."""
-        puts: dict[int, list[CodeLine]] = defaultdict(list)
-        gets: dict[int, list[CodeLine]] = defaultdict(list)
-        for module, scope, node in self._flow.nodes:
-            owner = id(scope.owner if scope is not None and scope.owner is not None else module)
+        puts: list[CodeLine] = []
+        gets: list[CodeLine] = []
+        for module, _, node in self._flow.nodes:
             if isinstance(node, ast.Call) and _receiver(node) == queue:
-                if last_name(node.func) in PUBLISHES:
-                    puts[owner].append(module.location(node))
-                elif last_name(node.func) in TAKES:
-                    gets[owner].append(module.location(node))
+                name = last_name(node.func)
+                (puts if name in PUBLISHES else gets if name in TAKES else []).append(module.location(node))
             elif isinstance(node, ast.AsyncFor | ast.For) and _name_of(node.iter) == queue:
-                gets[owner].append(module.location(node))
+                gets.append(module.location(node))
         return puts, gets
-
-    def _internal_queues(self) -> set[str]:
-        """Queues to which only such classes add that take from them, too."""
-        names = {_receiver(call.node) for verb in ("put", "put_nowait") for call in self._flow.calls.get(verb, ())}
-        sides = {name: self._sides_by_owner(name) for name in names if name}
-        return {name for name, (puts, gets) in sides.items() if puts.keys() <= gets.keys()}
 
     def _classes_of(self, expression: ast.expr, module: Module, scope: Scope | None) -> Iterator[Scope]:
         """Message classes whose instances (or members) an expression can be."""
