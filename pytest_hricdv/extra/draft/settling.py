@@ -93,7 +93,7 @@ def _run_suites(work: Settlement, limit_s: float, progress: Callable[[str], None
         if not suite:
             return list(trials.values())
         trial = trials[suite] = work.try_out(suite, None, limit_s)
-        if trial.is_ended and trial.tests:
+        if trial.is_ended:
             work.draft = replace(work.draft, sizes={**work.draft.sizes, suite: max(trial.tests, MIN_TESTS)})
         work.draft = without(work.draft, trial.failed)
         is_known = trial.error == TOO_LONG and work.budget_s <= 0.0 and any(other.passed for other in trials.values())

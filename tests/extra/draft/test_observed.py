@@ -16,11 +16,12 @@ import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.draft_analysis import CodeReader
-from pytest_hricdv.extra.draft.first_runs import FirstRuns
+from pytest_hricdv.extra.draft.first_runs import TOO_LONG, FirstRuns
 from pytest_hricdv.extra.draft.observe.observations import Observations
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
+from pytest_hricdv.extra.draft.settlement import MIN_TESTS
 from pytest_hricdv.extra.draft.settling import settle
 from pytest_hricdv.extra.draft.stand_ins.border import RunBorder
 from pytest_hricdv.extra.draft.stand_ins.driver import ActiveRobot, Driver
@@ -380,6 +381,21 @@ def test_code_that_lacks_a_file_ends_there_and_the_draft_asks_for_it(
     assert (settled.may_raise, settled.inputs) == (("FileNotFoundError",), draft.inputs)
     assert settled.declared.questions[0].text.startswith("FileNotFoundError: [Errno 2] No such file")
     assert "may_raise=(FileNotFoundError,),  # TODO" in dict(files(settled))["conftest.py"]
+
+
+def test_a_suite_of_which_no_test_ended_in_time_is_as_small_as_can_be(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    draft, _ = drafted(tmp_path, robots.MATCH)
+
+    def script(draft: Draft, suite: str, tests: int | None) -> FirstRuns:
+        is_slow = suite == "closure"
+        return FirstRuns(0 if is_slow else 8, 0 if is_slow else 8, (), (), TOO_LONG if is_slow else "",
+                         is_ended=is_slow, used_s=100.0)  # fmt: skip
+
+    scripted(monkeypatch, script)
+    settled, _ = settle(draft)
+    assert settled.sizes == {"closure": MIN_TESTS}
 
 
 def test_requirements_that_did_not_hold_are_told_by_their_subjects(
