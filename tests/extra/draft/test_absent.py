@@ -101,6 +101,13 @@ def test_classes_can_be_derived_raised_and_asked_for_anything() -> None:
     assert begin() == 7
 
 
+def test_an_object_that_is_passed_on_is_not_looked_into(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
+    lib = library()
+    run(lambda _: lib.Rover().drive(lib.Place(1, 2)))
+    assert not [key for key in read_observations(tmp_path / "seen.json").calls if "_fields" in key]
+
+
 def test_what_code_calls_tests_and_compares_is_observed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv(OBSERVE, str(tmp_path / "seen.json"))
     lib = library()

@@ -299,6 +299,8 @@ class _AbsentType(ABCMeta):
     """A class that is not installed: it has each attribute, and the code can derive from it, also with an ABC."""
 
     def __getattr__(cls, name: str) -> Any:
+        if name == "_fields":
+            raise AttributeError(name)  # else its objects were named tuples
         return part_of_module(cls.__name__, name)
 
     def __call__(cls, *arguments: Any, **named: Any) -> Any:
