@@ -299,8 +299,6 @@ class _AbsentType(ABCMeta):
     """A class that is not installed: it has each attribute, and the code can derive from it, also with an ABC."""
 
     def __getattr__(cls, name: str) -> Any:
-        if name == "_fields":
-            raise AttributeError(name)  # else its objects were named tuples
         return part_of_module(cls.__name__, name)
 
     def __call__(cls, *arguments: Any, **named: Any) -> Any:
@@ -345,7 +343,7 @@ def is_caught(frame: FrameType) -> bool:
 
 def part_of_module(owner: str, name: str) -> Any:
     """What a module or class has of this name: by PEP 8, an exception, a class, or a function or value."""
-    if name.startswith("__"):
+    if name.startswith("__") or name == "_fields":  # else objects of a class were named tuples
         raise AttributeError(name)
     if name.endswith(("Error", "Exception")):
         return exception_type(owner, name)
