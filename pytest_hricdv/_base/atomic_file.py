@@ -1,4 +1,7 @@
-"""Atomic file writes: a reader sees either the old content or the new one, never a mixture."""
+"""Atomic file writes: a reader sees either the old content or the new one, never a mixture.
+
+All modules that write a file for users call `write_text`, `write_bytes` or, to write it in steps, `replace_file`.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """`CommandParser` parses `hricdv` commands, and suggests the nearest name for a misspelt command or option.
 
-Also output whose reader has gone, as in `hricdv init hri --from robot | head -3`: it ends no command and no session.
+The commands call `work_on_unread` so that they continue if the reader of their output ends before them, as in
+`hricdv init hri --from robot | head -3`.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _UNKNOWN = re.compile(r"unrecognized arguments: (-[^ =]*)")
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser whose descriptions keep their lines; so are those of its subcommands."""
+    """A parser that prints descriptions with their line breaks, also those of its subcommands."""
 
     def __init__(self, *arguments: object, **options: object) -> None:
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)

@@ -1,10 +1,9 @@
 """Access to files in a folder whose content is not trusted: symbolic links below it are never followed.
 
 A report, a journal or a campaign that comes as an artefact is a folder that somebody else made. A link in it would let
-a merge copy a file of this machine, or write one elsewhere. The folder itself is the user's choice, and its path may
-contain links.
-
-Errors are `OSError`s, like all errors of reading and writing, so the same handlers report them.
+a merge copy a file of this machine, or write one elsewhere. So all modules that use such folders get paths from
+`inside`, to write, and `file_inside`, to read. The path of the folder itself may contain links. Errors are
+`OSError`s, like all errors of reading and writing, so the same handlers report them.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Windows has no such flag; there, making a link needs a privilege."""
+"""Flag of `os.open` to refuse links; Windows has no such flag, but making a link needs a privilege there."""
 _ADVICE = "a symbolic link, which is not followed here: remove it"
 
 

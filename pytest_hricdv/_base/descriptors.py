@@ -1,4 +1,8 @@
-"""The session's file descriptors, protected from code under test that closes more than it has opened."""
+"""The session's file descriptors, protected from code under test that closes more than it has opened.
+
+Around each run, `runtime.virtual.outside` calls `keep_open` and `leave_open`; `runtime.virtual.prohibition` refuses to
+close those in `OWN`. `ProcessState` restores `StandardDescriptors` after the run.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""One-line texts of errors raised by code under test, with their causes, even if their `__str__` raises or hangs."""
+"""One-line texts of errors raised by code under test, with their causes, even if their `__str__` raises or hangs.
+
+`error_text` gives the text of an error, `text_of` that of any object; `Kernel` and the features use them in reports.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +20,13 @@ from greenlet import getcurrent, greenlet
 from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
 
 MAX_CAUSES = 20
-"""Chained errors that are shown, each with its traceback; a longer chain comes from recursion that catches itself."""
+"""Maximum number of chained errors to show, each with its traceback; a longer chain comes from endless recursion."""
 
 MAX_FRAMES = 1000
-"""Frames of a traceback that are shown: Python's own limit of recursion, which code may raise."""
+"""Maximum number of frames of a traceback to show: Python's default limit of recursion, which code may increase."""
 
 MAX_NESTED = 50
-"""Groups within each other that are shown as they are: pytest goes through them by recursion, four calls for each."""
+"""Maximum depth of exception groups in each other: pytest shows them by recursion, with four calls for each."""
 
 TEXT_WITHIN_S = 1.0
 """Time limit (s of real time) for the `repr` of foreign values; a list of six million numbers exceeds it."""

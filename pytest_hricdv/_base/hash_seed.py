@@ -1,5 +1,6 @@
 """Python's hash seed, which decides the iteration order of sets of strings: of this process and of its children.
 
+`own_hash_seed` finds out the seed of this process, for reports and replays; `environment_of_child` passes it on.
 Python takes it from the variable `PYTHONHASHSEED` when a process starts, and draws one where the variable is not set or
 says "random". A drawn value cannot be passed to another process.
 """
@@ -14,10 +15,10 @@ from pathlib import Path
 
 VARIABLE = "PYTHONHASHSEED"
 RANDOM = "random"
-"""The seed of a process that drew one: it cannot be repeated."""
+"""Reported instead of a drawn seed, which is unknown and cannot be repeated."""
 
 SEVERAL = "several"
-"""The seed of runs in processes with different seeds."""
+"""Reported instead of a seed if the processes of a session had different seeds."""
 
 _CHOSEN = "0"
 """The seed of child processes if there is none to pass on. Chosen: Python's own value for "not random"."""
@@ -25,7 +26,7 @@ _CHOSEN = "0"
 _LARGEST = 2**32 - 1  # see Python's documentation of the variable
 _WORD = 2**64 - 1
 _ROUNDS = {"siphash13": (1, 3), "siphash24": (2, 4)}
-"""Algorithm of `sys.hash_info` -> its rounds for each word, and at the end."""
+"""Name of the hash algorithm (`sys.hash_info`) -> its numbers of rounds for each word, and at the end."""
 
 
 @cache

@@ -39,7 +39,7 @@ MAX_DIGITS = 19
 """Maximum number of digits of an integer: seeds have 63 bits. Python needs seconds to parse a million digits."""
 
 _BLOCK = 1_000_000
-"""Minimum number of bytes to read: the system reports the size 0 for some files that have content, as in /proc."""
+"""Minimum number of bytes to read, since the size of some files with content is reported as 0, as in /proc."""
 
 T = TypeVar("T")
 

@@ -1,6 +1,8 @@
 """Error messages about input: short and legible in a terminal, whatever the input contains.
 
-A message about an unknown name ends with the nearest existing ones.
+All errors about input are an `InputError`, whose text is made `legible`. `visible` escapes control characters in any
+text for a terminal; `quote` quotes input in a message; `nearest` ends it with the existing names nearest to a wrong
+one.
 """
 
 from __future__ import annotations
@@ -11,16 +13,16 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 MAX_MESSAGE = 900
-"""Greatest length of a message, in characters: half a screen. Whoever prints it may put a few words before it."""
+"""Maximum length of a message, in characters: half a screen."""
 
 MAX_QUOTED = 80
-"""Greatest length of what a message quotes, in characters: a line of a terminal."""
+"""Maximum length of a quotation in a message, in characters: a line of a terminal."""
 
 MAX_TEXT = 20_000
-"""Characters of a text of the code under test that a result keeps (chosen: some hundred lines, with a traceback)."""
+"""Maximum number of characters of a text from the code under test in a result: some hundred lines, with a traceback."""
 
 MAX_LINE = 2_000
-"""Characters of such a text within a sentence, or of a value of a signal or message (chosen: half a browser screen)."""
+"""The same within a sentence, or of a value of a signal or message: half a browser window."""
 
 _INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
 """Categories of Unicode. Some of these characters are not allowed in XML."""

@@ -1,7 +1,8 @@
 """JSON with Python's own encoder and decoder, even if the code under test has patched `json` in this process.
 
 Projects replace `json.dumps` or `JSONEncoder.default` to write their own types, for the whole process. Results and
-hashes must not depend on that, so these functions and classes are bound when the plugin is loaded.
+hashes must not depend on that. So all modules that write or read them call `dumps` and `loads` of this module, whose
+classes are bound when the plugin is loaded.
 """
 
 from __future__ import annotations

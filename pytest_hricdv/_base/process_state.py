@@ -2,7 +2,7 @@
 
 Deleting something, or replacing it by an object that is not callable, is a fault of the run. A callable replacement, as
 libraries make when they are imported, is in place again in the next run, and only there: pytest, reports and other
-tests never see it. `self_check` tests whether it gives right answers.
+tests never see it. `case.execute` makes a `ProcessState` for each run; `self_check` tests such replacements.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pytest_hricdv._base.descriptors import StandardDescriptors
 from pytest_hricdv._base.message import list_names
 from pytest_hricdv._base.self_check import places_of_change
 
-# As they are now: restoring inspects the process with them.
+# Bound on import, before code under test can replace them: restoring uses them.
 _CALLABLE, _SETATTR, _DICT, _HASATTR = callable, setattr, dict, hasattr
 _MODULES = sys.modules
 _MODULE, _ISINSTANCE = types.ModuleType, isinstance

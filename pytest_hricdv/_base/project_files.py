@@ -1,6 +1,7 @@
 """What the runs of a project depend on besides its tests: its files and installed packages, by their hashes.
 
-Together they are the identity of a process, which campaigns, clusters and resumed sessions compare.
+Together they are the `identity` of a process; campaigns and clusters compare it, and `differences` names what differs.
+Resumed sessions compare `hashes` and `versions`.
 """
 
 from __future__ import annotations

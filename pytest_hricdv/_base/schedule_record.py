@@ -1,4 +1,4 @@
-"""Schedules as replay files and reports hold them, `ScheduleData`; runs use the objects of `generate.schedule`."""
+"""`ScheduleData`: a schedule in replay files and reports; runs use the objects of `generate.schedule`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
 DecisionKind = Literal["preemption", "delay", "order", "delivery"]
 
 FailureKind = Literal["", "wrong-order", "late", "deadlock"]
-"""Why a test fails under its schedule: because of the order of two threads; because of a delay alone; threads wait for
-locks of each other. Empty where no schedule was searched."""
+"""Why a test fails with its schedule: the order of two threads; a delay alone; threads that wait for locks of each
+other. Empty if no schedule was searched for."""
 
 
 class DecisionData(PlainRecord, frozen=True, kw_only=True):

@@ -1,12 +1,11 @@
 """Signed entries of pytest's cache, for data that decide which tests exist: only entries written by this user are read.
 
-The cache lies in the project: a checkout, an archive or a cache of CI may bring one along, and a suite in it that lacks
-the tests that fail would look like any other. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, which is
-a hash of the model, the belief space, the seed and so on, over the version of the plugin, and over its content. The
-secret is in a file in the user's state folder that nobody else can read. An entry without a valid seal is made again.
-Without a secret, every entry is: this is slow, but right.
-
-Any process of this user can read the secret, including code under test; but that code needs no cache to do harm.
+`session.suites`, `coverage.reachability` and the closing loop keep suites and explored models with `write` and `read`.
+The cache is in the project: a checkout, an archive or a CI cache may contain a forged one, for instance a suite without
+the tests that fail. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, the plugin's version and its
+content. The secret is a file in the user's state folder that nobody else can read. An entry without a valid seal is
+ignored; without a secret, all are. Any process of this user can read the secret, including code under test; but that
+code needs no cache to do harm.
 """
 
 from __future__ import annotations

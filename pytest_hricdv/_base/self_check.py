@@ -1,8 +1,8 @@
 """Detects code under test that has replaced functions of Python's library for the whole process.
 
-Where the plugin makes results and hashes, it uses the functions that it bound when it was loaded. pytest, other
-plugins and other tests do not, so a function that gives wrong answers is reported. The report names the lines that do
-so, as `json.dumps = None`.
+The plugin itself uses functions that it bound when it was loaded. pytest, other plugins and other tests do not, so
+`SessionReporter` reports functions that give wrong answers (`wrong_answers`), with the lines that replaced them, as
+`json.dumps = None`. `library_conflict`, called when the plugin is loaded, finds files that hide a library's module.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""`execute` runs one concrete test in its testbench, under monitors and measurement, and returns a `CaseResult`."""
+"""`execute` runs one concrete test in its testbench, under monitors and measurement, and returns a `CaseResult`.
+
+`TestRunner` calls it for each test of a session; replays, custom tests, films, mutants and searches call it, too.
+"""
 
 from __future__ import annotations
 

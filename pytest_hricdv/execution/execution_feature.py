@@ -1,4 +1,7 @@
-"""`ExecutionFeature`: the interface by which a feature, such as ROS 2, takes part in the execution of tests."""
+"""`ExecutionFeature`: the interface by which a feature, such as ROS 2, takes part in the execution of tests.
+
+`execution_features` returns those of all installed features; `case.execute` calls them in each run.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ class ExecutionFeature:
     Its module is loaded with every testbench, even one without the feature: heavy imports belong in methods.
 
     Attributes:
-        preloaded: modules that a process imports once which runs tests in forks of itself.
+        preloaded: modules to import in a process before it forks to run tests, so that not every fork imports them.
     """
 
     preloaded: tuple[str, ...] = ()

@@ -1,7 +1,8 @@
 """Faults of a run besides its requirements. A run with a fault fails its test, and keeps its verdicts and files.
 
 A node that fails, a run that reaches its time limit, code under test that returns while its world continues, a bin that
-cannot or must not be hit: without faults, each would look like a run with unchecked requirements.
+cannot or must not be hit: without faults, each would look like a run with unchecked requirements. `case.execute` gives
+each run a `CodeUnderTest`, and calls the `check_*` functions after it; each yields its faults as sentences.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """`FaultyImport` loads code under test with another text than that of its file.
 
-Mutation and suggestion seed bugs with it, in processes of their own; `instrumented_code` loads calls of hooks.
+The features mutation and suggestion use it to import code with a `SeededFault`, in processes of their own; `instrument`
+uses it to load modules with calls of hooks.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ class SeededFault:
 class FaultyImport(MetaPathFinder):
     """Finds the modules of some files, by whichever finder has them, and loads other texts in their place.
 
-    To be set before they are imported: `sys.meta_path.insert(0, FaultyImport({path: text}))`. Nothing is written. One
-    for all files: each asks all finders behind it, so the time of an import doubles with every one.
+    Insert it before they are imported: `sys.meta_path.insert(0, FaultyImport({path: text}))`. No file is written. Use
+    one instance for all files: each asks all finders behind it, so every further one doubles the time of an import.
 
     Args:
         texts: file -> the text to be loaded, or its syntax tree.

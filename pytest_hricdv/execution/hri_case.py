@@ -1,4 +1,7 @@
-"""`HriCase`, the fixture `hri_case`: a generated test, as its test function runs and checks it."""
+"""`HriCase`, the value of the fixture `hri_case`: a generated test, which its test function runs and checks.
+
+`session.suites.cases` makes one for each concrete test; `TestRunner` sets its `runner` and `checker` before the call.
+"""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 Code that connects to a bus of its own gets no messages of the testbench, and passes every test. A run *reached* the
 code if a node of the code took a message from outside it or was woken from outside, or if the code shares an object,
-such as a queue or a device, with people, sensors or the world. Each run has an `Influence`; the feature `unused`
-reports code that no run reached.
+such as a queue or a device, with people, sensors or the world. `case.execute` gives each run an `Influence` and a
+`ParameterLog`; the feature `unused` reports code that no run reached, and parameters that no run read.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from zlib import crc32
 from pytest_hricdv.runtime import Bus, Kernel, Node
 
 MAX_OBJECTS = 100_000
-"""Maximum number of objects that are searched for shared ones; code with more counts as reached."""
+"""Maximum number of objects of the code that are searched for shared ones; code with more counts as reached."""
 
 MAX_SECONDS = 600
 """Length (simulated s) of the part of a run whose waits are compared with those of other runs (`Influence.waits`)."""
@@ -51,7 +51,7 @@ _IMMUTABLE = (
 
 
 class ParameterLog(dict[str, float]):
-    """Parameters that note which of them are read; who copies them all may read each.
+    """The parameters of a run, which record which of them are read. Copying all of them counts as reading each.
 
     Attributes:
         unread: names that nobody has read.

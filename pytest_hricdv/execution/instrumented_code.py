@@ -1,7 +1,8 @@
 """`instrument` changes functions of the code under test so that they call hooks, in this process only.
 
-Functions that exist are changed in place, and modules that are imported later are loaded changed. Lines stay as they
-are, so tracebacks and coverage are those of the file, which is not written. Used for schedules, and to find causes.
+Existing functions are changed in place; modules imported later are changed when they are loaded. Line numbers stay, so
+tracebacks and coverage refer to the unchanged file. `schedules.scheduler` uses it to control the order of nodes, and
+`diagnosis.switching` to reverse decisions of the code.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from typing import Any
 from pytest_hricdv.execution.faulty_import import FaultyImport
 
 Change = Callable[[ast.Module], ast.Module]
-"""Changes the tree of a file; what it inserts has the location of what it is inserted before."""
+"""Changes the syntax tree of a file. Inserted nodes have the location of the node that follows them."""
 
 
 @contextmanager
@@ -31,9 +32,9 @@ def instrument(
     """Change functions of files for a while.
 
     Args:
-        files: path, text, and how its tree is changed. A file that does not compile then stays as it is.
-        hooks: what changed code calls, by names that are not names of the code.
-        functions: of these files, where `find_functions` has found them already, as before a fork.
+        files: the path, the text and the change of each file. A file that does not compile when changed is skipped.
+        hooks: name -> the function that changed code calls by it; the names must not occur in the code.
+        functions: the functions of these files if the caller has them from `find_functions`, as before a fork.
     """
     changed: list[tuple[FunctionType, CodeType]] = []
     trees: dict[Path, str | ast.Module] = {}

@@ -1,7 +1,7 @@
 """Judges runs: the only place that decides the outcome of a run, and of its test function.
 
-Sessions, custom tests, replays, campaigns, mutants and closing loops ask it. It reads typed results only; what pytest
-then raises or writes is derived from its judgement, and never the other way round.
+`judge_run` judges one run, for `TestRunner`, custom tests and `run_process`; `judge_test` also uses how pytest saw the
+test function end. What pytest raises or reports is derived from this `Judgement`, never the other way round.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Outcomes of tests, which `judge` decides: which ones fail a session, are reported as xfailed, or are as declared."""
+"""Outcomes of tests, which `judge` decides: which ones fail a session, are reported as xfailed, or are as declared.
+
+A `Judgement` has the outcome of a run. Reports, campaigns and features compare outcomes with the tuples below.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Connects runs to the monitors of their requirements.
 
-`MonitorFeed` forwards messages and signals of a run to them; `mark_unknown` marks violations other than known ones.
+`case.execute` uses `MonitorFeed` to forward messages and signals of a run to them. Afterwards, `mark_unknown` marks
+violations outside of the condition under which a violation is declared as known.
 """
 
 from __future__ import annotations

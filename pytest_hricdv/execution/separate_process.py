@@ -1,8 +1,8 @@
-"""A subprocess that is sent lines and answers in lines: how it is started, and how it ends.
+"""`SeparateProcess`: a subprocess that receives lines and answers in lines.
 
-`start_process` starts a new one and does not fork: forking is unsafe with threads, which the processes of xdist and of
-a cluster have, and code under test that is to be mutated must not have been imported. The child side is
-`session.child_process`.
+`start_process` starts one, for mutants, audits, closing loops and workers of a cluster. It does not fork: forking is
+unsafe with threads, which processes of xdist and of a cluster have, and code under test that is to be mutated must not
+have been imported yet. The child side is `session.child_process`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 LetThrough = Callable[[], AbstractContextManager[None]]
-"""Makes a context manager within which a signal handler may raise."""
+"""Returns a context manager within which a signal such as Ctrl-C may raise an exception."""
 
 _EXECUTABLE = sys.executable
 """Saved on import: the code under test may change it."""

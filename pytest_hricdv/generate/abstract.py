@@ -1,5 +1,7 @@
 """`AbstractTest`: a sequence of commands to the person or device that interacts with the robot; its id and seed.
 
+Generation methods and the closing loop make an `AbstractDraft`; `identify` adds id and seed, which makes it a test.
+
 The text format is that of the paper's experiment: one command per line, blank lines between tests, `#` begins a
 comment. Comment lines of the form `# key: value` directly above the commands hold the other fields of a test, so that
 an exported suite reads back unchanged (`target` is what generation aimed at):

@@ -1,5 +1,7 @@
 """The actors of a test: their lanes of actions, the causal order between these, and how the lanes interleave.
 
+`actor_of` and `act_of` split a line of a test. `interleave` gives the order of the actions, in which `lanes` runs them.
+
 A test with several actors says in each line who acts, as in `nurse: press call`; a test with one actor does not. The
 lines of an actor are its *lane*: their order is kept. Between lanes only that order is kept which the model makes
 (`# after 3: 1`: the third action comes after the first is done); how they interleave otherwise is drawn. Every action
@@ -50,8 +52,8 @@ TURNS = Uniform(0.0, 1.0)
 """The range of turns."""
 
 PAUSE_S = "pause_s"
-"""The parameter of an action that says how long its actor does nothing before it (s): stored of a run in which people
-decided, since what they waited for there is not in the test."""
+"""The parameter of an action that says how long its actor does nothing before it (s). Only tests made from runs with
+interactive agents have it: there, people waited for events that the test does not contain."""
 
 
 @dataclass(frozen=True)

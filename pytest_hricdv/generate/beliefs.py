@@ -1,6 +1,7 @@
-"""The belief space: all beliefs that the steering agent can be given, in groups; and belief subsets from a file.
+"""`BeliefSpace`: all beliefs that the steering agent can be given, in groups; a testbench declares it.
 
-A person with domain knowledge writes the subsets as TOML:
+`read_belief_sets` reads belief subsets from a file, for the suite by-hand and as the start of Q-learning. A person with
+domain knowledge writes the subsets as TOML:
 
     [[belief_set]]
     name = "one leg"                        # what these subsets are for
@@ -28,10 +29,11 @@ from pytest_hricdv.generate import GenerateError, name_place
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
 START = "start"
+"""The name of the group of start beliefs."""
 _ENTRY = "belief_set"
 _KEYS = ("name", "beliefs", "concretizations")
 MAX_TESTS = 100_000
-"""Most tests that one file, or one option, may ask for: a hundred times a large suite. Each is an item of pytest."""
+"""Maximum number of tests that one file, or one option, may ask for: a hundred times a large suite."""
 
 
 @dataclass(frozen=True)

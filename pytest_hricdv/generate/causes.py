@@ -1,15 +1,17 @@
-"""Causal order between the actors of a model's run, which their lanes preserve.
+"""`causes` finds the causal order between actions of different actors in a run of the model.
+
+`ModelRunner` and `online.enacted_lanes` call it; tests keep this order, whichever way the lanes interleave.
 
 An action comes after one of another actor if it depends on it (L. Lamport: Time, Clocks, and the Ordering of Events in
 a Distributed System, CACM 21(7), 1978, with plans in place of processes):
 
 - A step depends on what caused it: an action on the choice of its plan, this on its event, an event on the message that
   led to it, also from agent to agent.
-- What comes from one event, with its subgoals, is one line of an agent: a step depends on the earlier ones of its
-  line. So a message depends on the actions that its line did before.
-- A plan, a step of it, and what comes after it, depends on the beliefs that its agent has come to have, or has lost,
-  before and that the plan names: in its trigger, context or body, or by a rule.
-- A line that has asked an agent something depends on what this one sends to its agent afterwards: it may be the answer.
+- The steps that follow from one event, with its subgoals, are one *line* of an agent. A step depends on the earlier
+  steps of its line, so a message depends on the actions before it in its line.
+- A plan and its steps depend on earlier changes of beliefs that the plan names in its trigger, context or body, or
+  by a rule.
+- After a line has asked another agent something, it depends on the messages of that agent, which may be the answer.
 
 The environment of a model's run changes nothing, so all percepts are there from the start, and cause no order.
 """

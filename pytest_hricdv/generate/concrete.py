@@ -1,7 +1,8 @@
 """Concrete tests: abstract tests with parameters for each action, sampled from declared ranges.
 
-`concretize` makes a `ConcreteTest` of an abstract one. Paper: section on concretization; in coverage-driven
-verification this is constrained random generation.
+`concretize` makes a `ConcreteTest` of an abstract one, with the ranges of the testbench's `Concretization`; `HriCase`
+calls it when its test first runs. Paper: section on concretization; in coverage-driven verification this is constrained
+random generation.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from pytest_hricdv.generate.schedule import ScheduleDecision, schedule_from_data
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"
-"""The default sampling."""
+"""The default of `--hri-sampling`: values are drawn uniformly from their ranges."""
 
 _UNITLESS = Constant(0.0)
 """Formats the values of parameters without a declared range."""

@@ -1,4 +1,7 @@
-"""`GenerationContext`, what suites are generated from, and `Method`, the protocol of the methods that do so."""
+"""`GenerationContext` has the inputs from which suites are generated; a `Method` generates a suite from it.
+
+`session.suites` makes the context of a testbench and the options, and calls `generate` of each selected method.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ GENERATOR_VERSION = "1"
 """Part of every fingerprint: raised whenever the same inputs give other tests than before."""
 
 PSEUDORANDOM_LENGTHS = (4, 19)
-"""Fewest and most actions of a pseudorandom test in the original experiment."""
+"""Minimum and maximum number of actions of a pseudorandom test in the original experiment."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class GenerationContext:
         learning: the parameters of Q-learning.
         start: the table or belief sets with which Q-learning begins.
         save: the file that the learned table is written to; no suite depends on it.
-        tell: is told how far it is.
+        tell: receives progress messages.
         lengths: fewest and most actions of a pseudorandom test, of each actor where there are several.
 
     Raises:

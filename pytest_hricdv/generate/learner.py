@@ -1,8 +1,9 @@
-"""Q-learning (`learn`) of belief subsets that cover much of the model; the learned policy yields the suite.
+"""`learn` runs Q-learning, to find belief subsets with which the model executes many of its plans.
 
+Its result is a table Q, from which `policy_subsets` takes the subsets of the suite; `ReinforcementLearning` calls both.
 Paper: section on reinforcement learning for the BDI agents. The action is the belief added next, the state is the
 belief added last, and Q(p, b) = (1 - alpha) Q(p, b) + alpha [r + gamma max_b' Q(p', b')]. The two best beliefs of each
-state form the policy from which 134 belief subsets came.
+state form the policy, which gave the paper's 134 belief subsets.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class LearningResult:
     Args:
         q: the table.
         q_delta: the largest change of a cell in each iteration.
-        converged_at: the first iteration (from 1) of the quiet ones in a row, or None.
+        converged_at: the first (from 1) of the iterations in which Q hardly changed any more; None if there was none.
         iterations: iterations done.
         bdi_runs: runs of the model.
         maxima: the most plans covered in one run, by agent.

@@ -1,4 +1,7 @@
-"""The methods that generate suites, such as `ByHand`; `select_methods` finds those of `--hri-suite` by name."""
+"""The methods that generate suites, such as `ByHand`; `select_methods` finds those of `--hri-suite` by name.
+
+`session.suites` calls it, and then `generate` of each method with a `GenerationContext`.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +32,8 @@ from pytest_hricdv.generate.suite_files import Files
 if TYPE_CHECKING:
     from pytest_hricdv.generate.model_runner import ModelRunner
 
-# Never reached by chance: to draw each of n subsets once takes about ln n + 0.6 draws a subset (the coupon collector),
-# 12 for 100,000. It ends the loop where subsets that count as different turn out the same.
+# Limit of random draws for each test. Drawing each of n subsets once takes about ln n + 0.6 draws per subset (coupon
+# collector), 12 for 100,000. So the limit is only reached if fewer different subsets exist than expected.
 _DRAWS_PER_TEST = 1000
 
 

@@ -1,4 +1,7 @@
-"""`Model`, the BDI model that a testbench declares; `ModelRun`, one run of it; `Exploration`, all its runs."""
+"""`Model`, the BDI model that a testbench declares; `ModelRun`, one run of it; `Exploration`, all its runs.
+
+`ModelRunner` makes a `ModelRun` for each belief set. `coverage.reachability` keeps an `Exploration` in pytest's cache.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +19,14 @@ from pytest_hricdv.generate.abstract import Plans
 from pytest_hricdv.generate.rng import Json, digest
 
 MAX_ROUNDS = 20_000
-"""Enough for any run that ends by itself: the longest of 4,000 with random beliefs of the table takes 346."""
+"""Default of `Model.max_rounds`, enough for any run that ends by itself: of 4,000 runs of the case study's model with
+random beliefs, the longest takes 346 rounds."""
 
 _COVERED = ("human", "robot_code")
 
 EXPLORATION_SCHEMA = "hricdv-exploration/1"
 _FIRST_CODE = ord("0")
-"""In the cache, commands are single characters from this one on, of which none is a comma or ends a line."""
+"""In the cache, each command is one character, numbered from this one on; so none is a comma or a line break."""
 
 
 _NAME = re.compile(r"[a-z]\w*\Z", re.ASCII)  # it begins lines of tests: `nurse: press call`
@@ -38,8 +42,8 @@ class Model:
         chosen: the functor of the percepts, as in `chosen(leg1)`, by which it receives the subset.
         actor: the agent whose external actions are the abstract test.
         actors: the agents whose external actions are the abstract test, where there are several: each is a lane of it,
-            and `actor` is not looked at.
-        covered: the agents whose coverage plans count; of several actors, by default these and `robot_code`.
+            and `actor` is ignored.
+        covered: the agents whose coverage plans count; by default, the actors and `robot_code`.
         seed: the seed of the model's own random stream.
         max_rounds: reasoning rounds after which a run is ended.
 

@@ -1,7 +1,7 @@
-"""Private random streams, seeds and digests, each a function of its key. No stream is shared.
+"""Random streams (`make_rng`), seeds (`derive_seed`) and digests (`digest`), each determined by its key alone.
 
-Only `Random.random()` is used: it is the one method whose sequence Python promises to keep from version to version,
-so that a seed in a suite or a report means the same test for years.
+All modules that draw something use these functions; no two share a stream. Only `Random.random()` is called: it is the
+one method whose sequence Python promises to keep, so a seed in a suite or a report means the same test for years.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pytest_hricdv._base import own_json as json
 
 T = TypeVar("T")
 
-#: What a key consists of.
+#: A part of a key: plain data, such as the name of a suite, a seed, and what is drawn.
 Json = None | bool | int | float | str | Sequence["Json"]
 
 

@@ -1,4 +1,8 @@
-"""Samplers: the ranges that testbenches declare for the parameters of actions, and from which values are drawn."""
+"""Samplers: the ranges that testbenches declare for the parameters of actions, and from which values are drawn.
+
+`Constant`, `Uniform` and `Sometimes` are samplers. `concretize` draws values with `uniform` or, for
+`--hri-sampling=corners`, with `corners`; shrinking and searches use the other methods of a `Sampler`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`SavedTable`: a learned Q table in a file, with what is needed to check that it fits a model before more learning."""
+"""`SavedTable`: a learned Q table in a file, with what is needed to check that it fits a model before more learning.
+
+The method `ReinforcementLearning` writes it; `read_warm_start` reads it, or belief sets, for a session that learns on.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ class SavedTable:
         model: file name of the model.
         model_sha256: SHA-256 of the model's files and fields (`Model.sha256`).
         beliefs: group -> its beliefs, the start beliefs first.
-        learning: the parameters, by name.
+        learning: the parameters of Q-learning (`QLearning`), by name.
         seed: the master seed.
         iterations: iterations done.
         converged_at: the iteration at which it converged, or None.

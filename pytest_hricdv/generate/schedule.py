@@ -1,7 +1,8 @@
 """Schedules: the order in which nodes of the code under test proceed, as parameters of a concrete test.
 
-Without decisions, nodes go on in the order in which they began to wait, and code takes no time. A decision changes one
-thing about this. The feature `schedules` searches for decisions under which a test fails.
+A schedule is a tuple of `ScheduleDecision`. Without one, nodes continue in the order in which they began to wait, and
+code takes no time; each decision changes one thing about this. The feature `schedules` searches for decisions with
+which a test fails; `schedule_to_data` writes them for reports and replay files, `schedule_from_data` reads them.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from pytest_hricdv._base.schedule_record import DecisionData, DecisionKind, Sche
 from pytest_hricdv.generate import GenerateError
 
 EACH_TIME = 0
-"""The occurrence of a decision that holds for each execution of its statement."""
+"""As the occurrence of a decision: it applies to each execution of its statement."""
 
 WRITES = "="
-"""Ends the place of an assignment that reads what it writes, where it has read and not written yet."""
+"""Suffix of a place (`file:line=`): within an assignment such as `n += 1`, after reading and before writing."""
 
 
 @dataclass(frozen=True)

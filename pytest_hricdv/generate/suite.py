@@ -1,4 +1,7 @@
-"""Suites: the tests that a method generated, as plain data for caches and worker processes, and their diagnosis."""
+"""`Suite`: the tests that a method generated, as plain data for caches and worker processes; and its diagnosis.
+
+`session.suites` keeps suites in pytest's cache and sends them to workers; `diagnose` measures how varied the tests are.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Files of abstract tests: their text format (described in `abstract`), and a suite from files.
 
-A suite is read from a text file, a folder of text files, or a JSON file of recorded runs.
+`parse_tests` reads a text and `dump_tests` writes one, as for `--hri-export`. `Files` is the method that reads a suite
+from a text file, a folder of text files, or a JSON file of recorded runs, for `--hri-suite=PATH`.
 """
 
 from __future__ import annotations

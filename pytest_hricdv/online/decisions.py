@@ -1,7 +1,7 @@
 """`Decisions` of a run with interactive agents: each is made by a `Chooser` and recorded.
 
 A run decides which goal an agent gets, which ready act it performs, which disturbance comes next, and which belief
-of a group holds when an agent first queries one of them.
+of a group holds when an agent first queries one of them (`LateBeliefs`). `OnlineAgent` and `OnlinePeople` ask for them.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ GOAL = "goal"
 DISTURBANCE = "disturbance"
 ACT = "act"
 NONE = ""
-"""The option to choose none of the beliefs of a group, to post no goal, or not to disturb."""
+"""The option to choose no belief of a group, no goal, or no disturbance."""
 
 RARE_WEIGHT = 0.01
-"""Weight of a goal or disturbance without experience; that of none is 1. With the 27 disturbances of the case study, an
-agent without experience disturbs at one decision in five."""
+"""Weight of a goal or disturbance that experience gives no weight; the option NONE has weight 1. With the case study's 27
+disturbances, an agent without experience disturbs at one decision in five."""
 
 
 @dataclass(frozen=True)
 class Situation:
-    """Where a run stands.
+    """The state of a run at a decision.
 
     Args:
         time_s: simulated time.

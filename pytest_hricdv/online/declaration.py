@@ -1,4 +1,7 @@
-"""Declares an interactive agent of a testbench, which decides during the run what a person does."""
+"""`InteractiveAgent`: declares, in a testbench, an agent that decides during the run what a person does.
+
+`role.load_role` checks it against the model and the vocabulary.
+"""
 
 from __future__ import annotations
 

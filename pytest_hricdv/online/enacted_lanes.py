@@ -1,6 +1,7 @@
 """`LaneRecord` makes a test of what several interactive people did in a run.
 
-Each person is a lane of the test; what came after what, and how long each person paused, become values of it.
+`OnlinePeople` reports each action to it. Each person is a lane of the test; the order between lanes (`causes`) and the
+pauses of each person become parameters of its actions.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """`OnlineAgent` decides during a run what a person does: it perceives events and yields one command at a time.
 
-`OnlineActions` makes the actions of a run from it; `online_people` is for several people in one run.
+The closing loop uses it (`online_strategy`). `OnlineActions` makes the actions of a run from its commands;
+`online_people` is for several people in one run.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """`OnlinePeople`: several interactive people in one run; each has an agent, and they perceive each other.
 
-All agents live in the time of the run. A person that is free continues with what its agent is ready for. If that is
-nothing, the person waits: for a message of another one, for something of the run that its agent hears, for the end of a
-`.wait`. What a person waits for is not in the test that the run becomes. So the test has, of what another one did, that
-the action comes after it, and of all else how long the person paused.
+The closing loop uses it (`online_strategy`). The agents' clock is simulated time. A free person does the next action
+that its agent is ready for. If there is none, the person waits: for a message of another person, an event that its
+agent perceives, or the end of a `.wait`. The test made from the run has no agents, so it stores these waits: an action
+that waited for another person comes `after` that person's action; any other wait is a pause of fixed length.
 
-For the run and its test to be the same bit for bit, a person that waited continues a moment later than it could, each
-at a moment of its own: then it does not matter who noticed at which instant that there is something to do.
+A person who waited continues a little later than possible, each person at a different offset. So the order in which
+persons notice events does not matter, and the test's run equals the original one bit for bit.
 """
 
 from __future__ import annotations

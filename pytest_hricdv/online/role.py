@@ -1,4 +1,7 @@
-"""A role: an `InteractiveAgent` of a testbench, checked against model and vocabulary, and shared by all runs."""
+"""`Role`: an `InteractiveAgent` of a testbench, checked against model and vocabulary, and shared by all runs.
+
+The closing loop makes it with `load_role`; `OnlineAgent` and `OnlinePeople` act it in each run.
+"""
 
 from __future__ import annotations
 

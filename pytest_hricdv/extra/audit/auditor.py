@@ -1,4 +1,7 @@
-"""`Auditor`: chooses tests of a session, reruns them, finds out why some give other results, and marks those."""
+"""`Auditor`: chooses tests of a session, reruns them, finds out why some give other results, and marks those.
+
+`AuditFeature` uses it after the last test. A `Repeater` reruns the tests, a `CauseSearch` finds causes.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +33,13 @@ EXPERIMENTS_S = 120.0
 for some twenty processes of a few seconds (`benchmarks.isolation`)."""
 
 MAX_FURTHER = 10
-"""Other failures that run again once a test was not repeatable: a session may have hundreds."""
+"""Maximum number of other failed tests to rerun after one was not repeatable: a session may have hundreds."""
 
 _LEFT_OUT = frozenset({".git", ".hg", ".tox", ".nox", ".venv", "venv", "node_modules", "__pycache__", ".pytest_cache"})
-"""Folders that hold nothing that a test reads as data."""
+"""Folders that contain no data of tests, so their files are not compared."""
 
 _MAX_FILES = 20_000
-"""Files of a project that are compared: it takes a second at most."""
+"""Maximum number of files of a project that are compared, which takes a second at most."""
 
 
 class Auditor:

@@ -1,4 +1,7 @@
-"""`CauseSearch`: why a rerun test gave another result, by experiments that change one condition each."""
+"""`CauseSearch` finds why a rerun test gave another result, by experiments that change one condition each.
+
+`Auditor` uses it, and reports the `RepeatCause` that it returns. A `Repeater` runs the experiments.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +20,15 @@ STATE = "state of earlier tests"
 ONCE = "drawn once in a process"
 ENVIRONMENT = "environment"
 FILE = "file left behind"
-"""Names of causes, besides the kinds of sources."""
+"""Names of causes; further causes are the kinds of sources of nondeterminism (`sources.KINDS`)."""
 
 FURTHER_SEEDS = 5
-"""Number of other hash seeds that are tried. Two seeds order two elements alike with probability 1/2, so that a
-dependence stays hidden with probability 1/32."""
+"""Number of other hash seeds to try. Two seeds order two elements alike with probability 1/2, so a dependence on the
+order stays hidden with probability 1/32."""
 
 MOST_BEFORE = 1_000
-"""Number of preceding tests among which a culprit is searched: with more, the rest is found by a closer one, or not at
-all. Chosen: ten doublings and ten halvings; other values were not measured."""
+"""Maximum number of preceding tests among which the one that left the state is searched for. Chosen: it takes ten
+doublings and ten halvings; other values were not measured."""
 
 WORKER = {"PYTEST_XDIST_WORKER": "gw0", "PYTEST_XDIST_WORKER_COUNT": "2", "PYTEST_XDIST_TESTRUNUID": "audit"}
 """Variables of the environment that xdist sets in its workers."""

@@ -1,7 +1,7 @@
 """A fresh process in which the audit reruns tests of the session.
 
-It reads requests from a pipe and runs each in a fork of its own, in which no test has run before. On a system without
-forks, the process serves a single request.
+`Repeater` starts it, sends a `RerunOrder` for each rerun through a pipe, and gets a `RerunAnswer`. Each order runs in a
+fork of its own, in which no test has run before. On a system without forks, the process serves a single request.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Records of the audit in a report: which tests ran again, which of them differed, and why."""
+"""Records of the audit in a report: which tests ran again, which of them differed (`Unrepeatable`), and why.
+
+`Auditor` makes them; `sentence` puts one into words, for the terminal and the report.
+"""
 
 from __future__ import annotations
 

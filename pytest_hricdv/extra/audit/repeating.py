@@ -1,4 +1,7 @@
-"""`Repeater`: reruns tests in fresh processes for the audit, and returns their results."""
+"""`Repeater`: reruns tests in fresh processes for the audit, and returns their results.
+
+`Auditor` and `CauseSearch` use it; a `Start` says under which conditions a process starts.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +26,12 @@ from pytest_hricdv.extra.audit.process import RerunAnswer, RerunOrder
 from pytest_hricdv.session.child_process import FreshSession
 
 PATIENCE_S = 120.0
-"""A process that has not begun, or a run of no time at all that has not ended, after so long (s of wall time) never
-will. Chosen: collecting takes seconds, on a busy machine ten times that."""
+"""Time limit (s of wall time) for a process to begin; a run has it in addition to PATIENCE_FACTOR times its time in the
+session. Chosen: collecting takes seconds, on a busy machine ten times that."""
 
 PATIENCE_FACTOR = 20.0
-"""A run that takes this multiple of its time in the session does not end. Chosen: a busy machine makes a run ten times
-as long; other values were not measured."""
+"""Time limit of a run, as a multiple of its time in the session. Chosen: a busy machine makes a run ten times as long;
+other values were not measured."""
 
 SILENT = "no answer"
 

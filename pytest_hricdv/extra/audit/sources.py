@@ -1,8 +1,8 @@
 """Sources of nondeterminism: random numbers, clocks, file times and the like, which a run may read.
 
 `SourceWatch` replaces such functions of Python in a fresh process. It either reports the lines that call them, or
-freezes them, so that they return the same in each run. A run that repeats only while one kind of source is frozen
-depends on that kind.
+freezes them, so that they return the same in each run: a run that repeats only then depends on that kind of source.
+`audit.process` uses it in reruns; `CauseSearch` says which kinds to freeze.
 
 Only calls from the project's own files count: the plugin, pytest and libraries make most of them all the time.
 """

@@ -1,6 +1,6 @@
 """The commands of `hricdv campaign`: `run`, `status`, `cancel`, `report`, `export`.
 
-Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 if the
+The parser in `__main__` calls them, with the options. Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 if the
 campaign cannot be run or read; 3 if it ended before all was done. Progress is one line that is rewritten on a
 terminal, and ten lines elsewhere.
 """
@@ -41,7 +41,7 @@ from pytest_hricdv.session.remote import ClusterError, Remote, RemoteProject, re
 OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
 
 MAX_LISTED = 7000
-"""A page with more tests takes seconds to open."""
+"""Maximum number of tests that the report lists: a page with more takes seconds to open."""
 
 _SHOWN = 10
 STEPS = 10  # a log of CI has ten lines, however long the campaign is

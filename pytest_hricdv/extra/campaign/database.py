@@ -1,10 +1,9 @@
 """The SQLite database of a campaign: its tables, how it is opened, and the errors of a damaged file.
 
-A campaign's file may come from somewhere else, as an artefact does. SQL in it would run here: a view in the place of a
-table may have no end, a trigger changes what is stored. So nothing is read before the file has the tables that the
-plugin makes, and no others of their names; what cells hold is checked where they are read.
-
-A row is a run in few bytes, from which sums are computed.
+`Store` opens it with `connect` and `check_tables`, and reads each run as a `Row`, with a `RowSummary` from which sums
+are computed. The file may come from elsewhere, as an artefact does, and SQL in it would run here: a view in place of a
+table may be endless, a trigger changes what is stored. So `check_tables` accepts only the tables that the plugin makes;
+contents of cells are checked when they are read.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.results.model import TestResult
 
 LOST: Final = "lost"
-"""The outcome of a run that ends its process, or its worker, each time."""
+"""The outcome of a run that ended its process, or its worker, at each attempt."""
 
 Bits = Annotated[str, Meta(pattern=r"^0x[0-9a-f]+\Z")]
 """A bit set, in hexadecimal."""

@@ -1,7 +1,7 @@
 """`Execution` of a campaign: sends the missing runs to a cluster in tasks, and stores each result as it arrives.
 
-The audit repeats some runs, on another worker if there is one, and compares the records. Where they differ, the first
-event at which their timelines part is kept: what differs between two machines, or two versions, shows there first.
+The command `run` uses it, and then `audit`, which repeats some runs, on another worker if there is one, and compares
+the records. Of records that differ, the first different event is kept: it shows how two machines, or versions, differ.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from pytest_hricdv.session.remote import Answer, LostRequest, RemoteProject, Ser
 from pytest_hricdv.session.run_process import RunBatch, RunReply, SessionArguments
 
 TASK_RUNS = 20
-"""Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""
+"""Maximum number of runs in a task: seconds of work, so sending it costs little, and so does repeating a lost one."""
 
 SHARES = 4
-"""Least number of tasks of a thread: with fewer, the others would wait for the last one at the end. With four they
-wait for a quarter of a thread's work at most; a campaign of thousands of runs has tasks of TASK_RUNS anyway."""
+"""Minimum number of tasks per thread of the workers; tasks of small campaigns have fewer runs for this. At the end,
+threads then wait for the last one no longer than a quarter of a thread's work."""
 
 TRIES = 3
-"""A run that ends its process so often is lost: once may be a machine without memory, three times is the run."""
+"""A run that ends its process this many times is lost. Once may be due to a lack of memory; three times is the run."""
 
 
 class CancelledError(Exception):

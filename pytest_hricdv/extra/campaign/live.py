@@ -1,4 +1,4 @@
-"""`look`: the progress of a running campaign and its report so far, for `hricdv report live`."""
+"""`look`: the progress of a running campaign and its report so far; `hricdv report live` calls it repeatedly."""
 
 from __future__ import annotations
 

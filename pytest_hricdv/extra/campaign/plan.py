@@ -1,4 +1,7 @@
-"""The plan of a campaign: which tests, with how many seeds each, of which project."""
+"""`CampaignPlan`: which tests a campaign runs, with how many seeds each, of which project.
+
+The command `run` makes it with `make_plan`, which lets `planning_process` collect the tests; `Store` keeps it.
+"""
 
 from __future__ import annotations
 

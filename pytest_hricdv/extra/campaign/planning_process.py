@@ -1,4 +1,7 @@
-"""The process that plans a campaign, for `plan`: lets pytest collect the tests, and sends them back."""
+"""The process that plans a campaign: it lets pytest collect the tests, and sends them to its parent.
+
+`plan.make_plan` starts it with a `PlanningJob`, a line of JSON. Its own pytest plugin sends the tests, as JSON, too.
+"""
 
 from __future__ import annotations
 

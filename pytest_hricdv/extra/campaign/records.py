@@ -1,4 +1,7 @@
-"""Records of a campaign in a report: sums over all runs. Some or all of these are listed as tests."""
+"""Records of a campaign in a report: `CampaignResult` has the sums over all runs, by requirement and by test.
+
+`reporting` makes them; `view` shows them.
+"""
 
 from __future__ import annotations
 

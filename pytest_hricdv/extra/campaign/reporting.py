@@ -1,6 +1,6 @@
-"""The report of a campaign: sums over all runs, and as tests all runs or those worth keeping.
+"""`campaign_report` makes the report of a campaign: sums over all runs, and as tests all runs or those worth keeping.
 
-Rows are read one by one to save memory.
+The command `report` and `hricdv report live` call it. `Statistics` reads rows one by one, to save memory.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class _TestSums:
 
 
 class Statistics:
-    """Accumulates rows, which come sorted by test and concretization.
+    """Accumulates the sums of rows, which must come sorted by test and concretization.
 
     Args:
         requirements: the requirements, in the order of the rows' verdicts.

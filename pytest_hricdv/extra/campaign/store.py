@@ -1,8 +1,8 @@
 """The store of a campaign: an SQLite file with one row for each run, written as soon as the run arrives.
 
-A write-ahead log lets `status` and `report` read while a campaign writes. It needs a file system with locks and shared
-memory, such as a local one. The journal of a session is a text file instead, for the reasons given there: it has
-hundreds of tests, and no queries.
+The commands open it with `Store.open`; `Execution` writes runs into it. A write-ahead log lets `status` and `report`
+read while a campaign writes, and needs a file system with locks and shared memory, such as a local one. Sessions have
+fewer tests and no queries, so their journal is a text file (`results.journal`).
 """
 
 from __future__ import annotations

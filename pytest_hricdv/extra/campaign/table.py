@@ -1,4 +1,4 @@
-"""Exports the runs of a campaign as a Parquet file, a row for each."""
+"""`write_parquet` exports the runs of a campaign as a Parquet file, with a row for each, for the command `export`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pytest_hricdv.extra.campaign.database import Row
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan
 from pytest_hricdv.extra.campaign.store import Store
 
-BATCH = 10_000  # rows that are in memory at a time: about 20 MB as Python has them
+BATCH = 10_000  # maximum number of rows in memory, about 20 MB
 
 
 def write_parquet(store: Store, plan: CampaignPlan, path: Path) -> int:

@@ -1,4 +1,4 @@
-"""How a report shows a campaign: lines for the terminal, and a section of its page."""
+"""`CampaignView` shows a campaign in a report: lines for the terminal, and a section of its page."""
 
 from __future__ import annotations
 

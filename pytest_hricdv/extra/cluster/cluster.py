@@ -1,4 +1,7 @@
-"""The session's side of a cluster: sends requests to workers and collects their answers, even if workers are lost."""
+"""`Cluster`, the session's side: sends requests to workers and collects their answers, even if workers are lost.
+
+`DaskCluster` gets one from `connect`, for an `Address`: the closing loop, searches and campaigns use it.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,15 @@ if TYPE_CHECKING:
     from distributed import Future
 
 AHEAD = 3
-"""Requests sent ahead to a thread: in work, waiting, on its way. No thread idles, and few are lost with a worker."""
+"""Maximum number of open requests per thread of a worker: one in work, one waiting, one on its way. So no thread idles,
+and few requests are lost with a worker."""
 
 # Chosen: a job scheduler starts workers within a minute or not soon; a process of this machine imports Dask in seconds,
 # and in 20 s where 25 others want the same two cores.
 WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 30.0
 
 TICK_S = 0.5
-"""Period (s) of checks for events without an answer, such as a worker that joins or leaves."""
+"""Period (s) of checks for workers that have joined or left."""
 
 
 @dataclass

@@ -1,6 +1,6 @@
-"""The project as one archive, for workers of a cluster that do not have it.
+"""The project as one archive, for workers of a cluster that do not have it: `pack` makes it, `unpack` unpacks it.
 
-It is sent with `--hri-send-code`, or `--send-code` of a campaign. Other workers have the project at the same path.
+`worker_project`, called by `ClusterFeature`, says what workers get; `service` unpacks it there. It is sent with `--hri-send-code`, or `--send-code` of a campaign. Other workers have the project at the same path.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pytest_hricdv.extra.cluster.private_folder import private_folder
 from pytest_hricdv.session.remote import ClusterError, Service
 
 MAX_BYTES = 100_000_000
-"""A project of code and models has less; more is a data set, or a folder of results."""
+"""Maximum size (bytes) of the files: code and models have less; more is a data set, or a folder of results."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The first date that ZIP knows, of all files in an archive: the same files give the same archive."""
+"""The date of all files in an archive, the first that ZIP knows; so the same files give the same archive."""
 
 _REPORT = "report.json"
 _SETTINGS = (".pytest.ini", ".pytest.toml")

@@ -1,6 +1,6 @@
-"""The connection to a Dask scheduler, which is restored after the scheduler was unavailable.
+"""`Connection` to a Dask scheduler, which is restored after the scheduler was unavailable; `Cluster` has one.
 
-Nobody but this session can talk to a scheduler and workers on this machine.
+`connection` makes it from an `Address`. For `local:N`, it starts `LocalWorkers`, which accept this session only.
 """
 
 from __future__ import annotations
@@ -30,16 +30,15 @@ if TYPE_CHECKING:
 
 _HERE = "127.0.0.1"
 _NO_ROUTES: dict[str, list[str]] = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
-"""Dask's HTTP servers cannot be left out, and know no credentials: with nothing in them, all they answer is 404."""
+"""Removes all pages of Dask's HTTP servers, which cannot be switched off and check no credentials: they answer 404."""
 
 
 class LocalWorkers:
     """A scheduler and workers on this machine.
 
-    They listen on loopback only, and take what is encrypted with credentials that are made here, kept in memory and
-    forgotten with this object: other users of the machine, and other programs, are refused. Their files are in a
-    folder for this user only: Dask's own choice, `dask-scratch-space`, may be another user's, and Python looks for
-    modules in it.
+    They listen on loopback only, and accept only connections with credentials that exist in the memory of this object;
+    so they refuse other users and programs. Their files are in a folder for this user only: Dask's default folder,
+    `dask-scratch-space`, may be another user's, and Python looks for modules in it.
 
     Args:
         workers: number of workers.

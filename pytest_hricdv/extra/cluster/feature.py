@@ -1,6 +1,6 @@
-"""A cluster in a session (`--hri-cluster`): its options, and what other features use of it.
+"""A cluster in a session (`--hri-cluster`): `ClusterFeature` has its options.
 
-The closing loop and searches run tests on it.
+The closing loop, searches and campaigns get workers from `DaskCluster`, by `session.remote.remote`.
 """
 
 from __future__ import annotations

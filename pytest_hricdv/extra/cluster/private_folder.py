@@ -1,4 +1,7 @@
-"""Private folders for workers' files, in which no other user of the machine can add, change or replace a file."""
+"""`private_folder`: a folder for workers' files in which no other user of the machine can add or change a file.
+
+`LocalWorkers` and `code_archive` use it; `require_safe` checks an existing folder.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The worker's side of a cluster: one process for each thread of a worker, which answers one request after the other.
 
-Runs take place in that process and not in the worker: so a run that crashes or hangs costs no worker, is known by name,
-and leaves the connection to the scheduler alone.
+`Cluster` lets workers call `ask`. Runs take place in that process and not in the worker, so a run that crashes or hangs
+ends no worker, does not disturb its connection, and is reported by name.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from pytest_hricdv.extra.cluster.private_folder import require_safe
 from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
 BEGIN_S = 120.0
-"""A process that is silent for this time (s of wall time) while it loads the project will not begin."""
+"""Time limit (s of wall time) without output while a process loads the project; then it is ended."""
 
 
 def ask(service: Service, message: bytes) -> Answer:
-    """Ask this worker's process, which is started where there is none. Run by Dask, on the worker."""
+    """Ask this thread's process, which is started if there is none. Called by Dask, on the worker."""
     asked = _processes.setdefault(threading.get_ident(), _WorkerProcess())
     return asked.answer(service, message)
 

@@ -1,4 +1,7 @@
-"""A folder of evidence: written from a report, and verified later by its bytes, its rows, and a sample of its tests."""
+"""A folder of evidence: `write_evidence` makes it from a report, and `verify_evidence` verifies it later.
+
+`hricdv evidence` calls both. Verification checks hashes and rows, and reruns a sample of the tests.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +27,10 @@ LIST = "listed"
 """Name, without suffix, of the copy of the list of requirements."""
 
 TIMEOUT_S = 3600.0
-"""Time limit for rerunning tests. Chosen: a test takes seconds."""
+"""Time limit (s) for rerunning the sample of tests. Chosen: a test takes seconds."""
 
 SHOWN_CHECKS = 12
-"""Most tests of a requirement on the page; `checks.csv` has all."""
+"""Maximum number of tests of a requirement on the page; `checks.csv` has all."""
 
 
 def write_evidence(

@@ -1,4 +1,7 @@
-"""The files of evidence: tables, ReqIF and `needs.json` with results, and an in-toto statement."""
+"""Makes the texts of evidence files: tables, ReqIF and `needs.json` with results, and an in-toto statement.
+
+`folder` calls one function for each file, with the rows and the `SessionFacts` of a report (`facts_of`).
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from pytest_hricdv.report.html import standalone
 from pytest_hricdv.results.model import Report
 
 STATEMENT = "statement.json"
-"""The in-toto statement, which has the hashes of all other files."""
+"""File name of the in-toto statement, which has the hashes of all other files."""
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
 PREDICATE_TYPE = "https://in-toto.io/attestation/test-result/v0.1"

@@ -1,4 +1,4 @@
-"""Reads requirements of other tools, with their ids: from ReqIF, CSV, and `needs.json` of sphinx-needs."""
+"""`read_requirements` reads requirements of other tools, with their ids: ReqIF, CSV, or `needs.json` of sphinx-needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`gather_evidence`: rows with what a report shows for each requirement, including those that nothing checks."""
+"""`gather_evidence`: rows with what a report shows for each requirement, including those that nothing checks.
+
+`folder` calls it to write evidence and to verify it. An `EvidenceRow` has a `CheckRecord` for each test.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ Not checked: no test triggered and decided it. No evidence: it is in a list, and
 it."""
 
 OPEN: tuple[EvidenceStatus, ...] = ("violated", "not checked", "no evidence")
-"""With these, a requirement without a waiver is open."""
+"""A requirement with one of these is open, unless it has a waiver."""
 _WORST_FIRST: tuple[EvidenceStatus, ...] = ("violated", "not checked", "known violation", "satisfied")
 
 
@@ -31,7 +34,7 @@ class CheckRecord(PlainRecord, frozen=True, kw_only=True):
         test: its id.
         seed: the seed of its concrete parameters.
         verdict: Passed or Failed.
-        margin: least signed distance to the bound, in the unit of the comparison.
+        margin: smallest signed distance to the bound, in the unit of the comparison.
         engine: the physics engine.
         record_sha256: SHA-256 of the record of its run.
         replay: file that repeats it.

@@ -1,4 +1,7 @@
-"""`FilmMaker`: films a failed test by rerunning it with a camera in its world. Measured runs are never rendered."""
+"""`FilmMaker`: films a failed test by rerunning it with a camera in its world. Measured runs are never rendered.
+
+`FilmFeature` calls it in the process that ran the test. It uses `schedule`, `FilmRecorder` and `video`.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ class FilmMaker:
     Args:
         settings: the settings of the session's runs, with a testbench that has a film.
         folder: the report's folder; films go into a folder inside.
-        known_violations: which are declared: a film is about others, where a run has others.
+        known_violations: requirements with declared violations; a film shows only others, if there are any.
     """
 
     def __init__(self, settings: RunSettings, folder: Path, known_violations: Container[str] = ()) -> None:

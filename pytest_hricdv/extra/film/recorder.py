@@ -1,6 +1,7 @@
-"""Records a film: takes pictures of a run at scheduled times, and keeps those that show something new, with captions.
+"""`FilmRecorder` takes pictures of a run at scheduled times, and keeps those that show something new, with captions.
 
-A caption shows simulated time, the state of the robot, verdicts so far, and the last message or violation.
+`FilmMaker` reruns the test with a `FilmedWorld`, which stops for each picture. A caption shows simulated
+time, the state of the robot, verdicts so far, and the last message or violation.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ INK, PAPER, SOFT, ALARM = (245, 245, 245), (24, 27, 33), (165, 172, 184), (214, 
 BADGES: Mapping[str, tuple[int, int, int]] = {"Passed": (30, 132, 73), "Failed": ALARM, "NC": (84, 92, 105)}
 
 BADGES_SHARE = 0.6
-"""Verdicts take no more of a caption's width: time and state are to the left of them."""
+"""Maximum share of a caption's width for verdicts; time and state are to the left of them."""
 
 STILL_S = 2.0
 """While nothing changes, one frame is kept per this many simulated seconds."""

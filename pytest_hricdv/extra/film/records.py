@@ -1,4 +1,7 @@
-"""The record of a film in `report.json`: its files, and the simulated times of its frames."""
+"""`FilmResult`: the record of a film in `report.json`, with its files and the simulated times of its frames.
+
+`FilmMaker` makes it; `FilmFeature` puts it into the result of a test as its section `FILM`.
+"""
 
 from __future__ import annotations
 

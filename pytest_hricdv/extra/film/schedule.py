@@ -1,4 +1,7 @@
-"""Schedules the pictures of a film. Their times are known before: what is filmed is the same run once more."""
+"""`schedule`: decides at which simulated times of a run `FilmMaker` takes pictures, and which of them are key frames.
+
+All times are known beforehand, since the film is of a run that is repeated.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,17 @@ from dataclasses import dataclass
 from pytest_hricdv.runtime.kernel import US_PER_S
 
 FRAMES = 240
-"""Approximate number of pictures at regular intervals: 20 s at 12 a second; the film of a longer run is faster."""
+"""Approximate number of pictures at regular intervals: 20 s of film at 12 a second; longer runs are shown faster."""
 
-SHORTEST_STEP_S = 0.2  # in a short run, too, nothing happens that five pictures a second do not show
+SHORTEST_STEP_S = 0.2  # minimum simulated time between pictures, for short runs
 SLOW_BEFORE_S, SLOW_AFTER_S = 0.5, 1.5
-"""Around a violation a picture is taken in every period, which gives slow motion."""
+"""Simulated seconds before and after a violation in which a picture is taken each period, which gives slow motion."""
 
 SLOW_VIOLATIONS = 3
-"""Only the first violations are in slow motion: a run can have hundreds."""
+"""Number of violations in slow motion, the first ones: a run can have hundreds."""
 
 VIOLATION, END = "violation", "end"
-"""Key frames of each film, besides those of the interaction."""
+"""Names of the key frames that each film has besides those of the interaction (`Film.moments`)."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Writes film files for `film_maker`: MP4, or GIF if there is no encoder; atomically."""
+"""`video` opens a film file for `FilmMaker`: MP4, or GIF if there is no encoder. It is written atomically."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pytest_hricdv._base.atomic_file import temporary_path
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-FRAMES_PER_S = 12  # chosen: movement still looks like one, and a film has half the frames of 24 to render
+FRAMES_PER_S = 12  # chosen: movement still looks smooth enough, with half as many frames to render as at 24
 
 # Chosen: x264's own quality is 23. A film explains a run, and is kept beside many others: size counts more than edges.
 QUALITY = ("-crf", "26", "-preset", "veryfast")

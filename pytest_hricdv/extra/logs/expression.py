@@ -1,6 +1,6 @@
 """Arithmetic expressions over the fields of a logged message, such as `hypot(speed.x, speed.y)`.
 
-They are used in the map of a log (`log_map.LogMap`), which says how its messages become those of a testbench.
+`log_map` calls `parse_expression` for the map of a log, which says how its messages become those of a testbench.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
     ast.Div: lambda a, b: a / b,
 }
 MAX_CHARACTERS = 1000
-"""Greatest length of an expression, which also limits its depth."""
+"""Maximum length of an expression, in characters, which also limits its depth."""
 
 _Part = Callable[[Mapping[str, float]], float]
 

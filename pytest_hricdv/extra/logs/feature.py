@@ -1,4 +1,7 @@
-"""Sections of the report of checked logs: requirements without data, and the comparison with tests."""
+"""`LogsView`: the sections of a report on checked logs: requirements without data, and the comparison with tests.
+
+`hricdv check` puts both into the report (`UNKNOWN`, `FLEET`).
+"""
 
 from __future__ import annotations
 

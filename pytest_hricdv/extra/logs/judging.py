@@ -1,6 +1,6 @@
-"""`judge`: judges logs message by message, for `hricdv check`.
+"""`judge`: judges logs message by message, for `hricdv check`, and yields a `JudgedRun` for each run.
 
-Without data for a requirement, its verdict is unknown, never passed.
+A requirement without data in a log is unknown, never passed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pytest_hricdv.monitor.verdict import Verdict
 from pytest_hricdv.report.formatting import plural
 
 MAX_KEPT = 1000
-"""Violations and triggers of a requirement that are kept; further ones are counted."""
+"""Maximum number of violations, and of triggers, to keep for a requirement; further ones are only counted."""
 
 
 @dataclass

@@ -1,4 +1,7 @@
-"""Maps topics and fields of a log to messages and signals of the testbench: `map.toml`, or a draft of one."""
+"""`LogMap`: maps topics and fields of a log to messages and signals of the testbench.
+
+`hricdv check` reads it from `map.toml` with `read_map`, or drafts one from the topics of a log with `draft_map`.
+"""
 
 from __future__ import annotations
 
@@ -22,13 +25,13 @@ from pytest_hricdv.monitor.vocabulary import Vocabulary
 from pytest_hricdv.recordings.bags import Value
 
 PLACE = re.compile(r"\{([^{}]*)\}")
-"""A field in the command of an action."""
+"""A placeholder for a field, in braces, in the command of an action."""
 
 Period = Annotated[float, msgspec.Meta(gt=0)]
 """A duration (s) above 0, perhaps infinite."""
 
 Clock = Literal["log", "header"]
-"""The time of a message: when it was recorded, or the stamp in its header."""
+"""Which time a message has: when it was recorded, or the stamp in its header."""
 
 
 class FieldSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=True):

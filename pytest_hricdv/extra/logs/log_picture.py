@@ -1,4 +1,7 @@
-"""`LogPicture`: the timeline of a logged run in bounded memory, with extremes of signals and the first messages."""
+"""`LogPicture`: makes the timeline of a logged run in bounded memory, from extremes of signals and the first messages.
+
+`judge` adds each signal and message to it while it reads the run.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +16,16 @@ from pytest_hricdv.results.model import Timeline
 from pytest_hricdv.results.timeline import SPANS, trigger_text
 
 MAX_MESSAGES = 2000
-"""Messages of a run in its timeline; no screen has room for more."""
+"""Maximum number of messages in the timeline of a run; no screen has room for more."""
 
 MAX_TRIGGERS = 300
-"""Triggers of a requirement in it."""
+"""Maximum number of triggers of a requirement in the timeline."""
 
 _Point = tuple[float, float]
 
 
 class LogPicture:
-    """Makes the timeline while the run is read: keeps what a picture can show.
+    """Collects the timeline while the run is read: it keeps only values that are visible on the page.
 
     Args:
         end_s: when the run ends.

@@ -1,6 +1,6 @@
-"""The report of checked logs: a suite with the same records, and so the same page, as one of tests.
+"""`LogReport`: the report of checked logs, a suite with the same records, and so the same page, as one of tests.
 
-With `--against`, it says what logs show and tests do not, and the reverse.
+`hricdv check` makes it. With `--against`, `Occurrences` compare what occurred in logs and in tests.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pytest_hricdv.results.report_builder import GeneratedSuite, SessionInfo, de
 from pytest_hricdv.session.run_context import RunContext
 
 SHOWN = 8
-"""Names of a kind that the terminal shows."""
+"""Maximum number of requirements, of bins and of actions that the terminal names."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Abstract tests from logs (`hricdv check --to-tests`): the actions of people, with the observed values.
 
-They run against the code under test, are shrunk, and are varied by the closing loop like any other test.
+`hricdv check` passes each log to `LoggedActions.add`. The tests run, shrink and vary like any others.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Logged runs: the parts of a log between jumps of its clock, with the gaps in their data.
+"""`LoggedRun`: the part of a log between two jumps of its clock, with the gaps in its data.
 
-A log is read twice: for its times, which show the gaps, and for its values.
+`judge` and `LoggedActions` get them from a `LogReader`. It reads a log twice: for its times, which show the gaps
+(`runs`), and for its values (`events`).
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ from pytest_hricdv.recordings.message_order import NS_PER_S, UNREAD, RecordedSam
 from pytest_hricdv.recordings.recording import RecordingReader, is_periodic
 
 GAP_PERIODS = 5.0
-"""Number of periods without a message that is a gap of a periodic topic (chosen): recorders lose one or two."""
+"""A periodic topic has a gap where no message comes for more than this many periods: recorders lose one or two."""
 
 MAX_GAPS = 1000
-"""Most gaps of a topic; with more, its whole run is a gap."""
+"""Maximum number of gaps of a topic; with more, the whole run counts as a gap."""
 
 MAX_WAITS = 20_000
-"""Most times between messages that are kept to find the period of a topic; of longer logs every second, fourth, ..."""
+"""Maximum number of intervals to keep, from which the period of a topic is found; of more, every second, fourth, ..."""
 
 Span = tuple[float, float]
 """Begin and end (s)."""

@@ -1,4 +1,7 @@
-"""Mutation testing in a session (`--hri-mutate`): its options, and the trial of mutants after the last test."""
+"""Mutation testing in a session (`--hri-mutate`): `MutationFeature` has its options, and tries mutants after all tests.
+
+`seed_faults` chooses seeded bugs for the feature `suggestion`.
+"""
 
 from __future__ import annotations
 

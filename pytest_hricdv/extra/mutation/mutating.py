@@ -1,4 +1,7 @@
-"""`MutationRun`: tries mutants after the last test of a session, and collects which of them the tests kill."""
+"""`MutationRun`: tries mutants after the last test of a session, and collects which of them the tests kill.
+
+`MutationFeature` uses it. The runs take place in a separate process (`process`).
+"""
 
 from __future__ import annotations
 
@@ -42,10 +45,10 @@ from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
 
 LEAST_RUN_S, FACTOR = 10, 10
-"""A run that takes more processor time (s) than this, and than this multiple of the slowest test, does not end."""
+"""A run counts as endless after this processor time (s), or FACTOR times that of the slowest test if this is more."""
 
 STEPS = 10
-"""Number of progress reports."""
+"""Number of progress messages during a session's mutation testing."""
 
 
 class MutationError(Exception):

@@ -1,7 +1,7 @@
-"""The process that tries mutants: reads a job, and forks a process for each mutant, which runs tests one by one.
+"""The process that tries mutants: it reads a job, and forks a process for each mutant, which runs tests one by one.
 
-A mutant needs that nothing of the code under test has been imported. So pytest is configured only in the fork of a
-mutant, where conftest files, the testbench and the world are then imported, with the mutant.
+`MutationRun` starts it with a `MutationJob`. The code under test must not have been imported before its mutant. So
+pytest is configured only in the fork of a mutant, which imports conftest files, testbench and world, too.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from pytest_hricdv.session.child_process import channel, limit_processor_time, p
 from pytest_hricdv.session.run_context import RunContext
 
 SILENCE = 30
-"""A mutant that is silent for this multiple of a run's processor time waits for something that never comes."""
+"""A mutant is ended if it sends nothing for this many times the limit of a run's processor time: it waits in vain."""
 
 _ADDRESS = re.compile(r"\b0x[0-9a-f]+")
 

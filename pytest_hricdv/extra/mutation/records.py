@@ -1,4 +1,7 @@
-"""Records of mutation testing: the trials of each mutant of the code under test, and the scores."""
+"""Records of mutation testing: the trials of each mutant of the code under test (`MutantResult`), and the scores.
+
+`MutationRun` makes them, with `score_mutants`; `MutationView` shows them.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,8 @@ from pytest_hricdv.coverage.code_map import percent
 from pytest_hricdv.results.section import Section, Share
 
 EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
-"""Oracles besides requirements: something raised an exception; the run did not end, or in a way that the testbench does
-not allow; it hit a bin that it cannot or must not hit."""
+"""Oracles besides requirements: code raised an exception; the run did not end, or in a way that the testbench does not
+allow; the run hit a bin that it cannot or must not hit."""
 
 MutationEnd = Literal["done", "seconds", "interrupted", "lost"]
 MutantStatus = Literal["killed", "survived", "unchanged", "no coverage", "not run"]

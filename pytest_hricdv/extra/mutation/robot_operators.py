@@ -1,8 +1,8 @@
 """Mutation operators for robot code: messages, waits, times and speeds, states, resets, commands, decisions.
 
-An operator is a function of a node, its file and the names of the code; it yields pairs of a node and its replacement.
-The operators of a mutation library change single expressions; these change whole statements, and what robot code is
-about. None makes a bug that a type checker finds.
+An operator is a function of a syntax node, its file and the names of the code; it yields pairs of a node and its
+replacement. `mutants` applies all (`ROBOT`), besides operators of mutmut, which change single expressions; these change
+whole statements of kinds that matter in robot code. None makes a bug that a type checker finds.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pytest_hricdv.extra.mutation.source import (
 )
 
 Change = tuple[cst.CSTNode, cst.CSTNode]
-"""A node of the tree, and what stands in its place."""
+"""A node of the syntax tree, and its replacement."""
 
 Changes = Callable[[cst.CSTNode, Source, Names], Iterator[Change]]
 """An operator."""

@@ -1,4 +1,7 @@
-"""`Source`, a file of the code under test as a syntax tree: the places that operators may change, and its names."""
+"""`Source`: a file of the code under test as a syntax tree, with the places that mutation operators may change.
+
+`mutants` makes one for each file, and `Names`, the states, commands and constants of all files, as replacements.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from libcst.metadata import MetadataWrapper, ParentNodeProvider, PositionProvide
 from pytest_hricdv.coverage.code_map import SourceFile
 
 NOTES = frozenset({"note", "log", "debug", "info", "warn", "warning", "error", "critical", "exception", "print"})
-"""Names of functions that write remarks for people: what they are called with changes nothing that a robot does."""
+"""Names of functions that write notes for people: changes in their arguments do not affect what a robot does."""
 
 TYPES = frozenset({"TypeVar", "TypeVarTuple", "ParamSpec", "NewType"})
 """Names of functions whose result only type checkers read."""

@@ -1,4 +1,4 @@
-"""Shows mutants in the terminal, on the page of the report, and in other outputs."""
+"""`MutationView` shows mutants and scores in the terminal, on the page of the report, and in other outputs."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,7 @@
-"""Shrinking and searching in a session: their options, and what they do after the last test."""
+"""`SearchFeature`: shrinking and searching in a session: their options, and what they do after the last test.
+
+`PostSession` does the work; `merge` merges the results of several reports.
+"""
 
 from __future__ import annotations
 

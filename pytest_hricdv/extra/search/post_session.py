@@ -1,4 +1,7 @@
-"""`PostSession`: shrinks failures (`--hri-shrink`) and searches for violations (`--hri-search`) after the last test."""
+"""`PostSession`: shrinks failures (`--hri-shrink`) and searches for violations (`--hri-search`) after the last test.
+
+`SearchFeature` calls it. A `Shrinker` shrinks tests; a `ViolationSearch` searches, here or on a cluster (`RemoteRuns`).
+"""
 
 from __future__ import annotations
 

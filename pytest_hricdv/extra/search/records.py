@@ -1,4 +1,7 @@
-"""Records of shrunk tests and of searches for violations in `report.json`, and their options."""
+"""Records of shrunk tests (`ShrunkTest`) and of searches for violations (`SearchResult`) in `report.json`; the options.
+
+`PostSession` makes the records; `SearchView` shows them.
+"""
 
 from __future__ import annotations
 

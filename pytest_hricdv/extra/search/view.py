@@ -1,4 +1,4 @@
-"""How a report shows shrunk tests and searches for violations."""
+"""`SearchView` shows shrunk tests and searches for violations in a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`--hri-search`: searches for violations by varying the tests that came closest to violating a requirement."""
+"""`ViolationSearch`: searches for violations by varying the tests that came closest to violating a requirement.
+
+`PostSession` uses it for `--hri-search`, with `experiments.evolution_strategy`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from pytest_hricdv.session.replaying import TestRerunner, name_test
 
 SEARCH: Final = "search"
 STARTS = 5
-"""Number of tests that are varied: with many, the runs are spread too thin; with one, the closest may be a dead end."""
+"""Number of tests to vary, the closest: many would get too few runs each; a single one may be a dead end."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The template universality, for `mining`: bounds of a signal while a condition holds, or of a field of messages."""
+"""`bounds`: candidates that bound a signal while a condition holds, or a field of messages; `mining` calls it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pytest_hricdv.extra.suggestion.events import Runs, Series, SignalCondition,
 from pytest_hricdv.report.formatting import capitalize
 
 TIGHTER = 0.6
-"""A bound under a condition says more than the bound at all times if it is tighter by this factor."""
+"""A bound under a condition becomes a candidate if its range is less than this share of the range at all times."""
 
 
 def bounds(runs: Runs) -> Iterator[RequirementCandidate]:

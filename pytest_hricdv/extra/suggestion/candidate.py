@@ -1,4 +1,7 @@
-"""`RequirementCandidate`: a requirement that may be suggested, made by a template and ranked by `mining`."""
+"""`RequirementCandidate`: a requirement that may be suggested.
+
+The templates in `bounds` and `order_templates` make candidates, with the helpers for numbers; `mining` ranks them.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ Form = Literal["response", "precedence", "bound", "absence"]
 """Its template; see docs/patterns.md."""
 
 MIN_SUPPORT = 3
-"""What happened less often is not evidence."""
+"""Minimum number of times that something must have happened in the runs to be evidence for a candidate."""
 
 
 @dataclass(frozen=True)

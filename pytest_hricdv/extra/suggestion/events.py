@@ -1,4 +1,7 @@
-"""What stored runs show, as formulas name it: events at instants, and conditions that hold for a while."""
+"""What stored runs show, as formulas name it: events at instants, and conditions that hold for a while.
+
+`find_events` and `signal_conditions` find them in `Runs`, the runs to mine; the templates combine them to candidates.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,13 @@ Spans = tuple[tuple[tuple[float, float], ...], ...]
 """Per run, from when to when (s) something held, ascending."""
 
 MAX_VALUES = 16
-"""A text with more values than that is a remark and no state: the case study's controller has 12 states."""
+"""A text field with more different values is not a state: the case study's controller has 12 states."""
 
 MAX_EVENTS = 60
-"""Events are combined in pairs, so their number is limited: complete topics first, then the most frequent."""
+"""Maximum number of events, which are combined in pairs: complete topics first, then the most frequent events."""
 
 MAX_A_RUN = 200
-"""What happens more often in a run is a stream of samples, whose single messages are not events."""
+"""Messages that occur more often per run, on average, are samples of a value and not events."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""`mine`: makes candidates that all runs satisfy, and ranks them by the seeded bugs that violate them."""
+"""`mine`: makes candidates that all runs satisfy, and ranks them by the seeded bugs that violate them.
+
+`Suggester` calls it after the runs were recorded, and gets a `CandidatePool` with a `CandidateScore` for each.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,11 @@ from pytest_hricdv.extra.suggestion.stored_run import StoredRun
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, RequirementError, Verdict, evaluate, parse_formula
 
 MAX_CANDIDATES = 320
-"""Candidates that are judged, the most useful first: a candidate takes 3 ms for a run of the case study."""
+"""Maximum number of candidates to judge, the most useful first: each takes 3 ms for a run of the case study."""
 
 STATE_WEIGHT = 0.4
-"""Weight of bugs that a candidate about the code's own state notices: people ask for what a robot does. Of the case
-study's first twenty suggestions, five were about states without it."""
+"""Weight of bugs that violate a candidate about the code's own state, compared to one about what the robot does, which
+matters to people. Without it, five of the case study's first twenty suggestions were about states."""
 
 
 @dataclass

@@ -15,13 +15,13 @@ from pytest_hricdv.extra.suggestion.events import RecordedEvent, Runs, last_befo
 from pytest_hricdv.report.formatting import capitalize
 
 MAX_OF_EVENT = 4
-"""Number of an event's nearest causes that become candidates."""
+"""Maximum number of candidates per event: those with the causes nearest in time before it."""
 
 
 def precedences(events: Sequence[RecordedEvent]) -> Iterator[RequirementCandidate]:
     """Precedences of all pairs whose second event is caused by the code under test, or is a message of the world.
 
-    A signal of the world may have changed for a person.
+    Signals of the world are left out: a person may have changed them.
     """
     for event in events:
         is_answer = event.author == "robot" or (event.author == "world" and event.is_message)

@@ -1,7 +1,7 @@
-"""The process that records runs: reads a job, and forks a process for each version of the code, which runs tests.
+"""The process that records runs: it reads a job, and forks a process for each version of the code, which runs tests.
 
-Only the fork imports the code under test, with or without a seeded bug. Each run is stored in a file of its own, which
-later sessions look for first: so an interrupted session resumes.
+`Recordings` starts it with a `RecordingJob`. Only the fork imports the code under test, with or without a seeded bug.
+Each run is stored in a file of its own; later sessions use the files that exist, so an interrupted session resumes.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from pytest_hricdv.session.child_process import (
 from pytest_hricdv.session.run_context import RunContext
 
 SILENCE = 30
-"""A version that is silent for this many times the processor time of a run is ended, as a mutant is."""
+"""A version is ended if it sends nothing for this many times the limit of a run's processor time, as a mutant is."""
 
 MAX_CHANGED = 2
-"""Runs of a seeded bug whose record differs from that of the original code."""
+"""A version with a bug runs no more tests after this many records that differ from those of the original code."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""`Recordings`: makes and stores the runs that suggestions rest on, of tests with and without seeded bugs."""
+"""`Recordings`: makes and stores the runs that suggestions rest on, of tests with and without seeded bugs.
+
+`Suggester` uses it. The runs take place in separate processes (`process`); `vary_tests` draws further parameters.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +29,10 @@ from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
 
 MIN_RUN_S, FACTOR = 10, 10
-"""A run that takes more processor time (s) than this, and than this many times the slowest test, does not end."""
+"""A run counts as endless after this processor time (s), or FACTOR times that of the slowest test if this is more."""
 
 FIRST_VARIANT = 1_000
-"""Concretizations from here on are those of more tests: a session has fewer of a test."""
+"""The tests of `vary_tests` have concretization numbers from here on; a session has fewer concretizations of a test."""
 
 
 class RecordingError(Exception):

@@ -1,4 +1,7 @@
-"""Records of suggested requirements in `report.json`."""
+"""Records of suggested requirements in `report.json`: `Suggestion` and `SuggestionResult`.
+
+`suggest` makes them; `feature` shows them in the terminal and on the page of the report.
+"""
 
 from __future__ import annotations
 

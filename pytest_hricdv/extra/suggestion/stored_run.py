@@ -1,4 +1,7 @@
-"""`StoredRun`: a run in a file, with all messages and signals, so that new requirements can be judged on it."""
+"""`StoredRun`: a run in a file, with all messages and signals, so that new requirements can be judged on it.
+
+The process that records runs makes it with `store` and saves it with `write`; `read` is for `Recordings`.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from pytest_hricdv.runtime.record import Value
 
 Series = tuple[bytes, bytes]
 Texts = tuple[bytes, list[str]]
-"""The times (s) and values of a signal; numbers are the bytes of doubles."""
+"""The times (s) and values of a numeric (`Series`) or string signal; numbers are stored as the bytes of doubles."""
 
 
 class StoredMessage(msgspec.Struct, frozen=True, array_like=True):

@@ -1,4 +1,7 @@
-"""`suggest`: what `hricdv suggest` does after the last test of its session: record runs, and mine them."""
+"""`suggest`: what `hricdv suggest` does after the last test of its session: record runs, and mine them.
+
+`SuggestionFeature` calls it with the report; a `Suggester` does the work.
+"""
 
 from __future__ import annotations
 
@@ -30,16 +33,17 @@ FOLDER = "suggestions"
 """The folder of stored runs, in the report's folder."""
 
 MAX_TESTS = 60
-"""Tests whose runs are mined, drawn with the seed."""
+"""Maximum number of tests whose runs are mined; they are drawn with the seed."""
 
 MIN_TESTS = 3
-"""Fewer runs are not evidence."""
+"""Minimum number of tests whose runs are mined: fewer are not evidence."""
 
 MAX_ROUNDS = 5
-"""Most rounds in which suggestions that fail when a run continues are replaced by the next ones."""
+"""Maximum number of rounds; in each, suggestions that fail if runs continue are replaced by the next candidates."""
 
 TESTS_OF_FAULT = 4
-"""Tests that a bug is tried on: the first reaches its statement with the least else, the others reach the most."""
+"""Number of tests that each bug is tried on. The first executes the bug's statement and little else; the others execute
+as much as possible."""
 
 
 Trials = tuple[Mapping[SeededFault, Sequence[tuple[ConcreteTest, str]]], int]

@@ -1,4 +1,4 @@
-"""Writes runs as MCAP files (`--hri-mcap`), a format that viewers such as Foxglove open; the report links them.
+"""`TracesFeature` writes runs as MCAP files (`--hri-mcap`), which viewers such as Foxglove open; the report links them.
 
 Without the option, failing tests of ROS 2 nodes still get a *bag*: an MCAP file with the ROS 2 messages only.
 """

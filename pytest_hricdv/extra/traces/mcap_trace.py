@@ -1,8 +1,8 @@
 """A trace of a run as an MCAP file (https://mcap.dev/spec): JSON messages with JSON Schemas, in virtual time.
 
-Everything that the record has is in it once: messages, signals and disturbances. Verdicts, actions, plans and the scene
-are next to them. The same run gives the same bytes: times are those of the run, from 0 on, and nothing names a machine
-or a moment.
+`TraceWriter` calls `write` with a `McapTrace`. The file contains the messages, signals and disturbances of the record,
+the verdicts, actions and plans, and the scene. The same run gives the same bytes: times are those of the run, from 0
+on, and the file contains neither the machine's name nor the date.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Channel:
     """A topic with its schema. Messages of two senders are two channels of one topic, as in ROS.
 
     Args:
-        schema: its name and its JSON Schema.
-        metadata: further facts about all of its messages.
+        schema: the name and the JSON Schema of its messages.
+        metadata: names and values that apply to all of its messages.
     """
 
     topic: str

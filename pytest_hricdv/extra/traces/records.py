@@ -1,4 +1,7 @@
-"""The record of a run's MCAP files in `report.json`, and `SceneChange`, what is written into them of its scene."""
+"""`TraceResult`: the record of a run's MCAP files in `report.json`; `SceneChange`: a change of the scene in such a file.
+
+`TraceWriter` makes both; `TracesFeature` puts the former into the result of a test as its section `TRACE`.
+"""
 
 from __future__ import annotations
 

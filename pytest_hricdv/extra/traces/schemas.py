@@ -1,4 +1,4 @@
-"""JSON Schemas of the channels in `mcap_trace`. Those that viewers know by name have that name: `foxglove.Log`."""
+"""JSON Schemas of the channels in `mcap_trace`. Those that viewers know have the viewers' names, as `foxglove.Log`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pytest_hricdv.runtime.record import Value
 from pytest_hricdv.testbench import Testbench
 
 Schema = tuple[str, Mapping[str, Any]]
-"""Its name, and the JSON Schema."""
+"""The name of a schema, and the JSON Schema itself."""
 
 INFO, WARNING, ERROR = 2, 3, 4
 """Levels of `foxglove.Log`."""

@@ -1,4 +1,7 @@
-"""`TraceWriter`: writes the traces of `--hri-mcap` where the test ran, into the folder of the report."""
+"""`TraceWriter`: writes the traces of `--hri-mcap` into the report's folder, in the process that ran the test.
+
+`TracesFeature` calls it after a test. For the scene, it repeats the run with an `ObservedWorld`.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from pytest_hricdv.runtime.world import Body, World
 from pytest_hricdv.testbench import Run
 
 SCENE_PERIOD_US = 50_000
-"""Period of samples of the shapes, twenty a second: playback in viewers is smooth, and files stay small."""
+"""Period (us) at which shapes are sampled, twenty times a second: viewers play smoothly, and files stay small."""
 
 
 class ObservedWorld:
