@@ -1,6 +1,7 @@
 """`AgentNames`: the goals, beliefs, plans and acts in an agent's source.
 
-Declarations that couple an agent to a run, such as `PerceptMapping`, may use only these names.
+`read_agents` reads agents of a model. `load_role`, for interactive agents, and `load_oracle` then check that
+declarations such as `PerceptMapping` use only names of the agent.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def comparable(literal: Structure) -> Structure:
 
 
 CONTENT = {".send": 2, ".broadcast": 1}
-"""The place of the content among the arguments of the actions that send a message."""
+"""Action that sends a message -> the index of the message's content among its arguments."""
 
 
 class AgentNames:

@@ -1,7 +1,7 @@
-"""Coupled agents: each pauses before an act, and resumes when the simulated run reports that the act has been done.
+"""`CoupledAgent`: an agent that pauses before each act, and resumes when the simulated run reports that it is done.
 
-Interactive agents and those of the model as an oracle are such agents. `CoupledRun` is their run; the simulation sets
-its clock.
+Interactive agents (`OnlineAgent`, `OnlinePeople`) and the oracle's agent (`FollowedAgent`) are coupled. A `CoupledRun`
+executes them; the simulation sets its clock. A `ReadyAct` is an act before which an agent has paused.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ MS_PER_S = 1000
 TICKS_PER_S = TICKS_PER_MS * MS_PER_S
 
 MAX_CYCLES = 10_000
-"""An agent that takes more reasoning cycles without time passing waits busily. A thousand times what any agent of the
-tests in tests/hri takes, which is 10."""
+"""Maximum number of reasoning cycles of an agent at one instant; with more, it is in an endless loop. Chosen: a thousand
+times as many as any agent in tests/hri takes, which is 10."""
 
 _NOBODY = AgentTemplate("", Program("", (), (), ()), (), PlanLibrary(()), [])
-"""An agent that is only there to be sent to."""
+"""Receives the messages to agents that are not in the run."""
 
 
 class CoupledRun(SystemRun):

@@ -1,6 +1,7 @@
-"""Declared events of a run, and the literals that they stand for in an agent.
+"""Finds declared events in a run, such as `on(request)`, and the literals that an agent gets for them.
 
-`parse_heard` makes an `EventPattern` of each `PerceptMapping`; `Events` finds them in a run's messages and signals.
+`parse_heard` makes an `EventPattern` of each `PerceptMapping`, and `parse_event` of other declarations. `Events` finds
+them in a run's messages and signals, for interactive agents and the oracle (`ConformanceMonitor`).
 """
 
 from __future__ import annotations

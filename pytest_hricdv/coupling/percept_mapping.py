@@ -1,4 +1,7 @@
-"""Declares which events of a run an agent perceives, and as which beliefs or goals."""
+"""`PerceptMapping` declares which event of a run an agent perceives, and as which belief or goal.
+
+Testbenches use it for interactive agents and for the model as an oracle; `coupling.events` parses it.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 from pytest_hricdv._base.message import InputError
 
 PERCEPT = "percept"
-"""The source of what an agent perceives, as opposed to what it is told."""
+"""The default source of a belief: perceived, not told by another agent."""
 
 
 class CouplingError(InputError):

@@ -1,4 +1,6 @@
-"""Bystanders: actors of a run without plans, such as a dog, or a door that somebody opens.
+"""`Bystander`: an actor of a run without plans, such as a dog, or a door that somebody opens.
+
+A testbench declares bystanders. Which acts they do, and when, are parameters of the run; `Run.actions` yields them.
 
 >>> from pytest_hricdv.generate.sampler import Uniform
 >>> dog = Bystander("dog", {"walk": {"far_m": Uniform(0.5, 3.0, "m")}, "lie_down": {}}, most=2)

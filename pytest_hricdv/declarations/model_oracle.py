@@ -1,4 +1,7 @@
-"""Declares the model of a testbench as an oracle: which acts of an agent correspond to which events of a run."""
+"""`ModelOracle` declares the model of a testbench as an oracle, with an `ActionMapping` for each act of an agent.
+
+A mapping says by which event of a run an act is observed. The feature `oracle` compares runs with the agent.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 
 MODEL = "MODEL"
-"""The id of the verdict."""
+"""The id of the oracle's verdict, among those of requirements."""
 
 
 class ModelOracleError(InputError):
@@ -29,7 +32,7 @@ class ActionMapping:
         fails: for an external action, the event by which it fails; the agent's plan fails then, too.
 
     Raises:
-        ModelOracleError: a window that is none.
+        ModelOracleError: `within_s` is not a pair of ascending times.
     """
 
     act: str

@@ -1,6 +1,7 @@
-"""Declares the ROS 2 system of a testbench: topics, services and actions by type, and the nodes to start.
+"""`Ros2` declares the ROS 2 system of a testbench: topics, services and actions by type; `Launch` the nodes to start.
 
-Also the protocols of a started system, which testbenches and the execution use; `extra.ros2` implements them.
+The module also has the protocols of a started system (`Ros2System`), which testbenches use in a run and `extra.ros2`
+implements.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class LaunchError(InputError):
 
 
 class MissingExecutableError(LaunchError):
-    """A package or an executable is not there: no test of the session can start the node."""
+    """A package or an executable is missing: no test of the session can start the node."""
 
 
 @dataclass(frozen=True)

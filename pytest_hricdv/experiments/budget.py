@@ -1,4 +1,7 @@
-"""`Budget`: the runs and seconds that a search, shrinking or another experiment may take."""
+"""`Budget`: the runs and seconds that a search, shrinking, the closing loop or another experiment may take.
+
+They call `spend` before each run, and end at its `BudgetSpentError`.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """`search_violation` looks for a violation: it minimizes the margin, from the tests that came nearest to a violation.
 
-A (1+1) evolution strategy with the 1/5 success rule for the step width (I. Rechenberg: Evolutionsstrategie, 1973), on
-each of a few starting tests. When one of them has not improved for a while, it is the next one's turn.
+`ViolationSearch` calls it; the closing loop's `ViolationStrategy` uses `mutate` and `next_width`. The method is a (1+1)
+evolution strategy with the 1/5 success rule for the step width (I. Rechenberg: Evolutionsstrategie, 1973), on each of
+a few starting tests. If one of them has not improved for a while, the next one is varied.
 
 Why not `hypothesis.target`: Hypothesis runs its own loop around a test function, its random stream changes with its
 version, and it would have to be installed to run a suite. Here a seed means the same search for years.
@@ -20,10 +21,10 @@ from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler, Sometimes, Uniform
 
 PATIENCE = 8
-"""Steps without an improvement after which the next start has its turn."""
+"""Number of steps without improvement after which the next starting test is varied."""
 
 FIRST_WIDTH = 0.1
-"""Largest first step, as a share of a range; the 1/5 success rule adapts it."""
+"""Maximum size of the first step, as a share of a parameter's range; the 1/5 success rule adapts it."""
 
 _WIDER, _NARROWER = 1.5, 1.5**-0.25  # with one success in five, the width stays the same
 _WIDTHS = (0.01, 0.5)

@@ -1,6 +1,7 @@
 """Failure signatures: the conjuncts of a requirement that a violation made false.
 
-Violations of a requirement with the same signature count as one failure, which shrinking a test keeps.
+Violations of a requirement with the same signature count as one failure. So shrinking keeps the signature
+(`has_signature`), and the closing loop counts signatures (`failure_signature`).
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
-"""Shrinking: reduces a failing test to a short one with the same failure.
+"""`shrink` reduces a failing test to a short one with the same failure, for `--hri-shrink` and for causes.
 
 Actions are dropped first, by delta debugging (A. Zeller, R. Hildebrandt: Simplifying and Isolating Failure-Inducing
-Input, IEEE TSE 28(2), 2002), whole turns before single actions; of several actors, all that one does before single
-actions, and then how they interleave. Then the remaining parameters get simpler values (see
-`shrink_candidates`), all of them at once if the test still fails. Both are repeated until nothing changes any more, so
-shrinking the result again changes nothing. Two failures are the same if they have the same signature: the parts of the
-requirement that were violated.
+Input, IEEE TSE 28(2), 2002): whole interactions before single actions, or, with several actors, all actions of an actor
+before single ones, and then their interleaving is simplified. Then the remaining parameters get simpler values (see
+`shrink_candidates`), all at once if the test still fails. Both steps repeat until nothing changes any more. Failures
+with the same signature (`failure_signature`) are the same.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ T = TypeVar("T")
 _SIGNIFICANT_DIGITS = (1, 2, 3)
 
 Places = Sequence[int]
-"""Places of actions in a test, from 0."""
+"""Positions of actions in a test, from 0."""
 
 #: The place of a parameter: the number of its action (None: a parameter of the run), and its name.
 Spot = tuple[int | None, str]

@@ -28,8 +28,8 @@ NONE = ""
 """The option to choose no belief of a group, no goal, or no disturbance."""
 
 RARE_WEIGHT = 0.01
-"""Weight of a goal or disturbance that experience gives no weight; the option NONE has weight 1. With the case study's 27
-disturbances, an agent without experience disturbs at one decision in five."""
+"""Weight of a goal or disturbance that experience gives no weight; the option NONE has weight 1. With the 27
+disturbances of the case study, an agent without experience disturbs at one decision in five."""
 
 
 @dataclass(frozen=True)

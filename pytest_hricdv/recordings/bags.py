@@ -1,4 +1,7 @@
-"""Reads ROS 2 bags and MCAP files (`read_messages`); a `Decoder` decodes messages: CDR by type definitions, or JSON."""
+"""Reads ROS 2 bags and MCAP files: `read_messages` yields their messages, and a `Decoder` decodes them.
+
+`recording` uses both. Messages are CDR, decoded by the definitions of their types, or JSON.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ Paths = Mapping[str, tuple[str, ...]]
 """Fields as paths, each with the names along the path."""
 
 MAX_ELEMENTS = 1000
-"""Most elements of an array that are read one by one: an image has millions."""
+"""Maximum number of elements of an array that are decoded: an image has millions."""
 
 SUFFIXES = (".mcap", ".db3")
 
@@ -30,10 +33,10 @@ EMPTY_BYTES = 8
 """Size of a message without fields, whose definition is empty: a header, and a byte in place of fields."""
 
 MAX_EXACT = 2**53
-"""Integers below it are exact as floats."""
+"""Integers below this one are exact as floats."""
 
 MAX_DEFINITION = 1_000_000
-"""Length limit for the definition of a type with those that it uses: a hundred times that of a long one."""
+"""Maximum length (characters) of the definition of a type, with the types that it uses: a hundred times a long one."""
 
 DEFINED_WITHIN_S = 10.0
 """Time limit (s of real time) for reading the definition of a type; a long one takes milliseconds."""

@@ -1,7 +1,8 @@
 """Reads the messages of MCAP files and of ROS 2 SQLite files as bytes.
 
-Such files come from anywhere. Sizes of messages and of unpacked data are limited, only plain tables and columns
-are read, no name in a file is followed, and nothing is opened for writing.
+`bags` calls `read_mcap` and `read_sqlite`; each `BagMessage` has its `RecordedTopic`. Files may come from anywhere, so
+sizes of messages and of unpacked data are limited, only plain tables and columns are read, no path in a file is
+followed, and nothing is opened for writing.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 MAX_MESSAGE_BYTES = 100_000_000
-"""Greatest size of a message, and of data unpacked at once: four uncompressed images of 4K."""
+"""Maximum size of a message, and of data unpacked at once: four uncompressed images of 4K."""
 
 MAX_UNPACKING = 200
-"""Greatest ratio of unpacked to packed size of a file (chosen): recordings have five to thirty."""
+"""Maximum ratio of unpacked to packed size of a file (chosen): recordings have five to thirty."""
 
 MAX_TOPICS = 100_000
-"""Topics, and definitions of types; a robot has hundreds."""
+"""Maximum number of topics, and of type definitions, in a file; a robot has hundreds."""
 
 
 class UnreadableError(ValueError):

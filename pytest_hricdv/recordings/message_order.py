@@ -1,6 +1,6 @@
-"""The order of recorded messages in time, in bounded memory.
+"""`MessageOrder` sorts recorded messages by time, in bounded memory; `RecordingReader` uses it.
 
-`MessageOrder` sorts them by the recorder's times, or by those of a simulation's `/clock` (`times_of_clock`).
+Times are the recorder's, or those of a simulation's `/clock` (`times_of_clock`).
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ CLOCK = "/clock"
 NS_PER_S = 1_000_000_000
 
 JITTER_S = 1.0
-"""Greatest disorder of messages, as of recorders with a cache; beyond it, the clock was set back."""
+"""Maximum disorder of messages (s), as from recorders with a cache; with more, the clock was set back."""
 
 HEADER_JITTER_S = 5.0
-"""Greatest disorder of stamps in headers (chosen): processing an image takes a second or two."""
+"""Maximum disorder of stamps in headers (s; chosen): processing an image takes a second or two."""
 
 PAUSE_S = 600.0
-"""A longer pause of all topics is a jump of the clock, or the beginning of another recording."""
+"""A longer pause (s) of all topics is a jump of the clock, or the beginning of another recording."""
 
 MAX_VALUES = 3_000_000
-"""Messages and values of fields in memory at once; they take 500 MB."""
+"""Maximum number of messages and field values in memory, which take 500 MB."""
 
 MAX_PARTS = 1000
-"""Most jumps of a clock; a log with more has no clock."""
+"""Maximum number of jumps of the clock; with more, a log is treated as without clock."""
 
 
 class RecordedSample(NamedTuple):

@@ -1,6 +1,7 @@
 """Reads recordings: ROS 2 bags (MCAP, SQLite), and MCAP files with JSON messages, as `--hri-mcap` writes them.
 
-`hricdv check` and drafts use them. Each problem of a recording is a sentence; the rest of it is used.
+`hricdv check` uses a `RecordingReader`, which reads message by message; drafts use `read_recordings`, which loads a
+whole `Recording`. A problem of a recording is reported as a sentence, and its other messages are still read.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ from pytest_hricdv.recordings.message_order import (
 )
 
 MIN_PERIODIC = 20
-"""A topic with fewer messages is not periodic."""
+"""Minimum number of messages of a periodic topic."""
 
 MAX_QUARTILE_RATIO = 1.5
-"""Greatest ratio of the quartiles of the times between messages of a periodic topic: timers have 1.0."""
+"""Maximum ratio of the quartiles of the intervals between messages of a periodic topic; for timers it is 1.0."""
 
 
 @dataclass(frozen=True)

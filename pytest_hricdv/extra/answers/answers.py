@@ -1,4 +1,7 @@
-"""Short answers about a report, for `hricdv report query` and `mcp`: failures and causes, gaps, and single items."""
+"""Short answers about a report, as plain data: failures and causes, gaps, and single items.
+
+`ask` calls the function for a question; `hricdv report query` and the server (`hricdv report mcp`) use it.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from pytest_hricdv.results.model import Report
 Answer = dict[str, Any]
 
 MAX_ITEMS = 50
-"""Most entries of a list in an answer; `total` counts all of them."""
+"""Maximum number of entries of a list in an answer; `total` counts all of them."""
 
 
 def status(report: Report) -> Answer:

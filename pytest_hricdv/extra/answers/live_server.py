@@ -1,4 +1,7 @@
-"""`hricdv report live DIR`: the page of a running session, loop or campaign, for browsers on this machine."""
+"""`hricdv report live DIR`: shows a running session, loop or campaign on a page, for browsers on this machine.
+
+The command calls `serve_live`. A `LiveSource` reads the progress as a `LiveState`; a `LiveServer` serves it by HTTP.
+"""
 
 from __future__ import annotations
 
@@ -35,10 +38,10 @@ from pytest_hricdv.results.report_builder import rebuild
 from pytest_hricdv.session.progress import ENOUGH, time_left
 
 SHARE = 0.1
-"""Greatest share of the time that is spent on reading, where a session is so large that its report takes long."""
+"""Maximum share of the time spent on reading; a large report, which takes long to read, is read less often."""
 
 SILENT_S = 30.0
-"""Without news for longer, the page says so."""
+"""If nothing has changed for longer than this (s), the page says so."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """The commands of `hricdv campaign`: `run`, `status`, `cancel`, `report`, `export`.
 
-The parser in `__main__` calls them, with the options. Exit status: 0 if all is well; 1 if runs failed or were lost, a repeated run differs, or a gate fails; 2 if the
-campaign cannot be run or read; 3 if it ended before all was done. Progress is one line that is rewritten on a
-terminal, and ten lines elsewhere.
+The parser in `__main__` calls them with the options. Exit status: 0 if all is well; 1 if runs failed or were lost, a
+repeated run differs, or a gate fails; 2 if the campaign cannot be run or read; 3 if it ended before all was done.
+Progress is one line that is rewritten on a terminal, and ten lines elsewhere.
 """
 
 from __future__ import annotations

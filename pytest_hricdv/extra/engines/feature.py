@@ -1,4 +1,7 @@
-"""Physics engines in a session: the choice of the one that runs the tests, and the cross-check of two."""
+"""`EnginesFeature`: the choice of the physics engine that runs the tests, and the cross-check with a second one.
+
+`compare` finds the differences between the two results of a test; `judge_run` then judges them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far two physics engines agree over the tests of a report, in the terminal and on the page."""
+"""`EnginesView` shows in the terminal and on the page how far two physics engines agree over the tests of a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`read_requirements` reads requirements of other tools, with their ids: ReqIF, CSV, or `needs.json` of sphinx-needs."""
+"""`read_requirements` reads requirements of other tools, for `hricdv evidence`: ReqIF, CSV, or `needs.json`."""
 
 from __future__ import annotations
 

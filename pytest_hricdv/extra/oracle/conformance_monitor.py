@@ -1,4 +1,7 @@
-"""`ConformanceMonitor`: follows a run with an agent of the model as the oracle, and gives the verdict `MODEL`."""
+"""`ConformanceMonitor`: compares a run with an agent of the model as the oracle, and gives the verdict `MODEL`.
+
+`OracleExecution` makes one for each run; it executes the agent in a `Product`.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,9 @@ from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation
 class ConformanceMonitor:
     """Listens to a run, as the monitors of requirements do.
 
-    An input just before a time-out of the agent may come after that of the code under test, and both is right. So where
-    a run deviates after such a race, it is followed once more with the input heard later, and continues like that if it
-    conforms. The last two races are tried.
+    If an input comes just before a time-out of the agent, the time-out of the code under test may come first; both is
+    right. So if a run deviates after such a race, the agent is run again with the input after the time-out. If the run
+    then conforms, this order is kept. The last two races are tried.
 
     Args:
         oracle: what the run is compared with.

@@ -1,4 +1,7 @@
-"""The model as an oracle in the execution of tests: its agent is one more criterion, and a monitor follows each run."""
+"""`OracleExecution`: makes the model's agent one more criterion of each run, if the testbench declares it as an oracle.
+
+`case.execute` calls it, as an `ExecutionFeature`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`Oracle`: the model as an oracle, as a testbench declares it, checked and prepared for following runs."""
+"""`Oracle`: an agent of the model as an oracle, as a testbench declares it, checked and prepared for runs.
+
+`OracleExecution` makes it with `load_oracle`, once for a testbench; each run has a `ConformanceMonitor` with it.
+"""
 
 from __future__ import annotations
 

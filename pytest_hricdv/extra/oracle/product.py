@@ -1,4 +1,7 @@
-"""The synchronous product of an agent and a run (`Product`): what the agent expects of it, and where it deviates."""
+"""`Product`: runs the oracle's agent in step with a run under test, and finds where the run deviates from it.
+
+`ConformanceMonitor` gives it each `ObservedEvent`, and gets a `ModelDeviation` if the agent does not expect the event.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from pytest_hricdv.monitor import Trigger
 
 
 class FollowedAgent(CoupledAgent):
-    """An agent that stops before each act that corresponds to an event; takes what an agent takes."""
+    """An agent that stops before each act that corresponds to an event of the run."""
 
     oracle: Oracle
 

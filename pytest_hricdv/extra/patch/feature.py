@@ -1,4 +1,7 @@
-"""Patch coverage (`--hri-patch`): which of the statements that changed since a revision of git tests execute."""
+"""Patch coverage (`--hri-patch`): `PatchFeature` reports which statements changed since a git revision tests execute.
+
+A `Repository` finds the changed lines; `records.measure` compares them with the coverage of the session's tests.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 _TIMEOUT_S = 60.0
-"""Time limit of a git command, which takes milliseconds: a network folder that does not answer ends the comparison."""
+"""Time limit (s) of a git command, which usually takes milliseconds; in a network folder, it might never end."""
 
 _HUNK = re.compile(r"^@@ -\d+(?:,\d+)? \+(\d+)(?:,(\d+))? @@", re.MULTILINE)
 

@@ -1,4 +1,7 @@
-"""Records of patch coverage in `report.json`: changed statements, and how tests execute them."""
+"""`Patch`: the record of patch coverage in `report.json`: changed statements, and how tests execute them.
+
+`PatchFeature` makes it with `measure`; `PatchView` shows it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a report shows patch coverage, the coverage of changed statements."""
+"""`PatchView` shows patch coverage, the coverage of changed statements, in a report."""
 
 from __future__ import annotations
 

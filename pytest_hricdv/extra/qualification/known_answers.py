@@ -1,4 +1,4 @@
-"""The checks of `hricdv qualify`, whose answers are known.
+"""The checks of `hricdv qualify`, whose answers are known (`KNOWN_ANSWERS`); the command runs each in a `Workshop`.
 
 They are sessions of the skeleton's robot, with and without seeded bugs, and monitors with verdicts computed by hand.
 """
@@ -24,13 +24,13 @@ from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 SESSION_S = 120.0
-"""Time limit for a session, which takes some seconds."""
+"""Time limit (s) for a session, which takes some seconds."""
 
 ROBOT = "my_robot.py"
 
 
 class WrongAnswerError(Exception):
-    """The answer is not the known one; the text has both."""
+    """The answer is not the known one; the message has both."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""`TraceResult`: the record of a run's MCAP files in `report.json`; `SceneChange`: a change of the scene in such a file.
+"""`TraceResult`: the record of a run's MCAP files in `report.json`; `SceneChange`: a change of the scene in a file.
 
 `TraceWriter` makes both; `TracesFeature` puts the former into the result of a test as its section `TRACE`.
 """

@@ -1,4 +1,7 @@
-"""`--hri-history`: appends the figures of a session to a file, and reports what changed since the session before."""
+"""`--hri-history`: `TrendFeature` appends the figures of a session to a file (`append`).
+
+It also reports what changed since the session before (`changes`); `TrendView` shows this and earlier sessions.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,8 @@ if TYPE_CHECKING:
     from pytest_hricdv.report.formatting import Line
     from pytest_hricdv.results.model import Report
 
-_MAX_NAMED = 200  # failing tests of a session: more than people read
-_MAX_SHOWN = 60  # sessions in a report
+_MAX_NAMED = 200  # maximum number of failing tests to store of a session
+_MAX_SHOWN = 60  # maximum number of sessions to show in a report
 
 
 class HistoryVerdicts(PlainRecord, frozen=True, kw_only=True):

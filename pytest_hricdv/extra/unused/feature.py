@@ -1,6 +1,7 @@
-"""Finds what no run of a session used: code that nothing from outside reached, and parameters that nothing read.
+"""`UnusedFeature` finds what no run of a session used: code that nothing from outside reached, and unread parameters.
 
-The first fails the session, since its tests say nothing about this code. The second is a warning.
+The first fails the session, since its tests say nothing about this code. The second is a warning. The facts come from
+the `Influence` and `ParameterLog` of each run (`execution.influence`).
 """
 
 from __future__ import annotations

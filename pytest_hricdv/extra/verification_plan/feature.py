@@ -1,6 +1,6 @@
 """The verification plan in a session (`--hri-plan`): shows in report, terminal and page which of its goals are met.
 
-`plan` reads the file and judges its goals.
+`VerificationPlanFeature` reads it with `load_plan` and judges its goals with `evaluate`; `PlanView` shows them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Verification plans: sections and goals in TOML, checked before any test runs, and their records in reports."""
+"""`load_plan` reads a verification plan, sections and goals in TOML, and checks it before any test runs.
+
+`VerificationPlanFeature` calls it. The plan is a list of `PlanItem`, which are also its records in reports.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +34,9 @@ class PlanItem(PlainRecord, frozen=True, kw_only=True):
         depth: number of sections around it.
         is_goal: whether it is a goal.
         requirements: the requirements that have to be checked and to pass.
-        triggers: least number of triggers of each of them.
-        statements: percentage of those that can be reached, of the files.
-        branches: likewise.
+        triggers: minimum number of triggers of each of these requirements.
+        statements: minimum percentage of the reachable statements of the files.
+        branches: minimum percentage of their branches.
         files: globs; empty for all of the code under test.
         cross: cross product -> percentage of its possible bins, over all suites.
         plans: agent -> percentage of its plans, over all suites.
