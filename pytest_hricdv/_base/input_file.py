@@ -79,7 +79,6 @@ def read_text(path: Path, most: int = MAX_BYTES) -> str:
     """The text of a UTF-8 file, with plain line ends and without a byte order mark.
 
     Args:
-        path: the file.
         most: its greatest size, in bytes.
 
     Raises:
@@ -147,7 +146,6 @@ def from_json(text: str, kind: type[T], *, strict: bool = False) -> T:
     """A value of this type from the text of a JSON file; the type is its schema.
 
     Args:
-        text: the file's text.
         kind: a type that msgspec reads.
         strict: whether it has no keys but those of the type. A report of a later version may have more.
 

@@ -108,7 +108,6 @@ def identity(root: Path, code: Mapping[str, str]) -> Identity:
     """The identity of this process.
 
     Args:
-        root: the project's folder.
         code: name -> hash of the files of the code under test, which may be elsewhere.
     """
     of_code = {name: text[:16] for name, text in code.items()}

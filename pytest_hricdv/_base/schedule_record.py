@@ -19,9 +19,7 @@ class DecisionData(PlainRecord, frozen=True, kw_only=True):
     Args:
         kind: the kind of the decision, see `ScheduleDecision`.
         file: the statement's file, from the folder of its package; none of an order or a delivery.
-        line: the statement's line.
         is_between: whether the node waits between reading and writing of the statement, not before it.
-        topic: the topic of a delivery.
         node: the node that waited or sent the message, where it is known; nothing depends on it.
         occurrence: see `ScheduleDecision`.
         delay_s: likewise (s).

@@ -45,12 +45,7 @@ CONTENT = {".send": 2, ".broadcast": 1}
 
 
 class AgentNames:
-    """The names in an agent's source.
-
-    Args:
-        agent: its name.
-        plans: the plans of its source.
-    """
+    """The names in an agent's source."""
 
     def __init__(self, agent: str, plans: tuple[Plan, ...]) -> None:
         self._agent = agent

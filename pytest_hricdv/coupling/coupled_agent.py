@@ -37,8 +37,8 @@ MS_PER_S = 1000
 TICKS_PER_S = TICKS_PER_MS * MS_PER_S
 
 MAX_CYCLES = 10_000
-"""Maximum number of reasoning cycles of an agent at one instant; with more, it is in an endless loop. Chosen: a thousand
-times as many as any agent in tests/hri takes, which is 10."""
+"""Maximum number of reasoning cycles of an agent at one instant; with more, it is in an endless loop. Chosen: a
+thousand times as many as any agent in tests/hri takes, which is 10."""
 
 _NOBODY = AgentTemplate("", Program("", (), (), ()), (), PlanLibrary(()), [])
 """Receives the messages to agents that are not in the run."""

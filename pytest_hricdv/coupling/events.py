@@ -81,7 +81,6 @@ def parse_heard(
 
     Args:
         declared: what it hears.
-        names: the agent's names.
         others: the other agents of the model.
         vocabulary: signals and messages.
 
@@ -125,7 +124,6 @@ class EventOccurrence(NamedTuple):
     """An instant at which declared events happened.
 
     Args:
-        time_s: when (s).
         name: the topic of the message, or the signals that changed; as `text` where only time went by.
         text: the same with values, for people; where only time went by, the conditions that became true.
         numbers: the numbers of the conditions that are true with it.

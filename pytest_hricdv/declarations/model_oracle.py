@@ -61,7 +61,6 @@ class ModelOracle:
     to some act, and is not due now, is a deviation. All else is left open.
 
     Args:
-        agent: its name in the model.
         percepts: what it hears and perceives of the run.
         actions: what it does, and how that is observed.
         limits: durations that it believes in a run instead of those in its source: belief -> seconds, or the name of

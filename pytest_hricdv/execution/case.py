@@ -99,7 +99,6 @@ class RunSettings:
     """The settings with which runs are judged and measured.
 
     Args:
-        testbench: the testbench.
         requirements: the testbench's requirements, loaded, and the agent that each run is compared with, if there is
             one.
         known_when: requirement -> condition under which its violations are known; others are marked as outside.

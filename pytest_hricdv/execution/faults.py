@@ -26,7 +26,6 @@ class CodeUnderTest:
     """The nodes of the code under test: when they returned, and what one of them raised.
 
     Args:
-        kernel: the run's kernel.
         measured: wraps the body of a node, so that it is measured.
     """
 
@@ -104,8 +103,6 @@ def check_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) 
     """Faults of how a run ended, a sentence each.
 
     Args:
-        ending: the run's ending.
-        code: its code under test.
         allowed: see `VirtualTime.allowed_endings`.
     """
     if ending.error is not None:

@@ -30,7 +30,6 @@ class SeededFault:
     """A bug that can be seeded in the code under test.
 
     Args:
-        name: its name.
         path: the path of the changed file.
         text: the text of this file with the bug.
     """

@@ -45,7 +45,6 @@ class Fork:
     """A forked process, as seen by the one that forked it.
 
     Args:
-        pid: the process id.
         reading: the end of the pipe from which its message is read.
     """
 

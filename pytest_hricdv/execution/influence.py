@@ -96,8 +96,6 @@ class Influence:
     """Detects in one run whether anything influenced the code under test.
 
     Args:
-        kernel: the run's kernel.
-        bus: the run's bus.
         is_code: whether a node, or None for the world and the kernel, is one of the code under test.
         packages: the packages of the code under test.
     """

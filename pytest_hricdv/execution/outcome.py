@@ -53,7 +53,6 @@ def is_declared(requirement: str, known_violations: Container[str], *, outside: 
     """Whether a violation is declared as known.
 
     Args:
-        requirement: the requirement that was violated.
         known_violations: requirements whose violations are known.
         outside: whether it was outside of the condition under which they are.
     """

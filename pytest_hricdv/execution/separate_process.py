@@ -191,7 +191,6 @@ def start_process(
     """Start a module in a process in this directory; in the end, it and what it started are ended.
 
     Args:
-        module: its name.
         variables: the variables of its environment, besides those of this process.
         path: where modules are found; None: as in this process.
         hash_seed: decimal digits; None: as all that this process starts (see `pytest_hricdv._base.hash_seed`).

@@ -51,12 +51,9 @@ class SearchOutcome:
     """The best test of a search.
 
     Args:
-        test: the test.
-        evaluation: the evaluation of its run.
         start: the number of the start it came from.
         runs: how many runs the search took.
         wall_s: how long it took (s of wall time).
-        ended: why it ended.
     """
 
     test: ConcreteTest
@@ -92,8 +89,6 @@ def search_violation(
         starts: at least one test that was run, with its evaluation.
         space: the ranges of the parameters.
         run: runs a test and evaluates the run.
-        budget: the budget of runs and seconds.
-        rng: a private random stream.
 
     Returns:
         The best test, one of the starts if none was better; also if the user pressed Ctrl-C.
@@ -146,7 +141,6 @@ def mutate(test: ConcreteTest, space: Concretization, step: float, rng: Random) 
         test: the test to change.
         space: the ranges.
         step: share of a range's width, from 0 to 1.
-        rng: a private random stream.
     """
     actions = [(action.parameters, space.commands.get(action.command, {})) for action in test.actions]
     spots = [

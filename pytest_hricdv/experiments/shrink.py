@@ -54,7 +54,6 @@ def shrink(
         test: one that fails.
         space: the ranges that its parameters were drawn from; parameters without a range stay as they are.
         fails: runs a test and returns whether it has the same failure as the first.
-        budget: the budget of runs and seconds.
         on_progress: called with each shorter failing test, so that it can be saved at once.
 
     Returns:

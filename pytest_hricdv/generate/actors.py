@@ -112,7 +112,6 @@ def interleave(lines: Sequence[str], turns: Sequence[float], after: After) -> tu
     """The order in which actions begin: their numbers, from 1; lines without an actor are left out.
 
     Args:
-        lines: the lines of a test.
         turns: the key of each line, ignored for lines without an actor. after: the actions that have to be done before.
     """
     lanes: dict[str, list[int]] = {}
@@ -179,7 +178,6 @@ def after_of_kept(after: After, kept: Sequence[int], lines: Sequence[str]) -> di
     Args:
         after: action -> its causes, of the whole test.
         kept: the numbers of the actions that are kept, ascending.
-        lines: the lines of the whole test.
     """
     new_number = {number: place for place, number in enumerate(kept, 1)}
 

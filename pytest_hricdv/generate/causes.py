@@ -36,8 +36,6 @@ def causes(trace: Trace, programs: Mapping[str, Program], actors: Collection[str
     """The actions of other actors that each action depends on, by number from 1; implied ones are left out.
 
     Args:
-        trace: the run's trace.
-        programs: the programs of the agents.
         actors: those whose external actions are the test.
     """
     finder = _CauseFinder(programs, actors)

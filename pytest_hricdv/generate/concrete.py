@@ -262,8 +262,6 @@ def draw_action(command: str, concretization: Concretization, seed: int, place: 
     """An action of a test that is made up while it runs, with parameters as `concretize` draws them.
 
     Args:
-        command: its command line.
-        seed: the test's seed.
         place: the place of the action in the test, from 0.
 
     Raises:

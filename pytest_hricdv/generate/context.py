@@ -37,16 +37,12 @@ class GenerationContext:
     """The inputs of suite generation. A method that lacks one raises an error.
 
     Args:
-        model: the BDI agents.
         space: the beliefs they are steered with.
         commands: the commands that can be executed, in the text format.
-        seed: the master seed.
         tests: how many tests to generate, in place of the method's own number.
         by_hand: the TOML file of belief subsets written by hand.
-        learning: the parameters of Q-learning.
         start: the table or belief sets with which Q-learning begins.
         save: the file that the learned table is written to; no suite depends on it.
-        tell: receives progress messages.
         lengths: fewest and most actions of a pseudorandom test, of each actor where there are several.
 
     Raises:

@@ -37,8 +37,6 @@ class LearningResult:
         q: the table.
         q_delta: the largest change of a cell in each iteration.
         converged_at: the first (from 1) of the iterations in which Q hardly changed any more; None if there was none.
-        iterations: iterations done.
-        bdi_runs: runs of the model.
         maxima: the most plans covered in one run, by agent.
         last_new_plan_at: the last iteration (from 1) that executed a plan which neither an earlier run nor a test of
             the suite had executed; 0 if none did.
@@ -92,7 +90,6 @@ def learn(
         round_number: from 0; each round has its own random stream.
         suite: how many tests of the suite so far execute each plan.
         start: the table or the belief sets to begin with.
-        tell: is told how far it is.
 
     Raises:
         GenerateError: the space has no belief to add.

@@ -46,7 +46,6 @@ class ByHand:
     """The paper's method by hand: the subsets of a file, in its order.
 
     Args:
-        name: the name of the suite.
         path: of the file; None: `GenerationContext.by_hand`.
     """
 

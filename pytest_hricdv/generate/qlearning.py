@@ -227,7 +227,6 @@ class WarmStart:
     """A table or belief sets that learning begins with (the paper's future work).
 
     Args:
-        name: for people.
         digest: hash of the content; learning is a function of it, too.
         q: a table learned before; empty for none.
         maxima: the most plans covered in one run so far, by agent.

@@ -34,11 +34,8 @@ class SavedTable:
         model_sha256: SHA-256 of the model's files and fields (`Model.sha256`).
         beliefs: group -> its beliefs, the start beliefs first.
         learning: the parameters of Q-learning (`QLearning`), by name.
-        seed: the master seed.
-        iterations: iterations done.
         converged_at: the iteration at which it converged, or None.
         maxima: the most plans covered in one run, by agent.
-        q: the table.
     """
 
     model: str

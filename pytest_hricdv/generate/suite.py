@@ -27,7 +27,6 @@ class Generation:
 
     Args:
         bdi_runs: all runs of the model; 0 for a method without a model.
-        iterations: iterations of learning.
         converged_at: the iteration at which no cell of Q changed any more, or None.
         q_delta: the largest change of a cell of Q in each iteration.
         last_new_plan_at: the last iteration of learning that executed a plan which no earlier run had executed; None
@@ -154,7 +153,6 @@ class SuiteDiagnosis:
     """How varied the tests of a suite are, before any of them has run.
 
     Args:
-        tests: their number.
         distinct_texts: number of different texts.
         distinct_subsets: number of different belief subsets; 0 if the tests came from none.
         belief_entropy_bits: Shannon entropy of the beliefs over all tests (bit): how evenly they are used.

@@ -84,7 +84,6 @@ def parse_tests(
     A test that states an id keeps it; others get id and seed from their content.
 
     Args:
-        text: the text.
         file: name of the text in errors.
         suite: the suite of tests that state none.
         master_seed: for the seeds of tests that state none.

@@ -25,7 +25,6 @@ class InteractiveAgent:
 
     Args:
         agent: its name in the model; its external actions are commands.
-        percepts: what it perceives of the run.
         idle_timeout_s: with several people: a person who has had nothing to do for this time (simulated s) performs no
             more actions. Waits of the agent itself (`.wait`) do not count.
 

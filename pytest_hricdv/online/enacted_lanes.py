@@ -73,7 +73,6 @@ class LaneRecord:
         Args:
             test: the actions that were taken.
             trace: the trace of the agents, with each action's step, in any order that keeps each agent's own.
-            programs: the programs of the agents.
         """
         after = self._after(trace, programs)
         actions = list(test.actions)

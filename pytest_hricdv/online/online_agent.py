@@ -38,11 +38,7 @@ class HeardEvent(NamedTuple):
 
 
 class EventInbox:
-    """Collects the events for one agent until it listens.
-
-    Args:
-        role: the agent's role.
-    """
+    """Collects the events for one agent until it listens."""
 
     def __init__(self, role: Role) -> None:
         self._role = role
@@ -110,7 +106,6 @@ class OnlineAgent:
     """The agent of one run; it receives messages and signals of the run, as monitors do.
 
     Args:
-        role: the agent's role.
         chooser: decides what the model leaves open.
     """
 

@@ -86,7 +86,6 @@ class OnlinePeople:
     """Produces the actions of one run with several actors (see `pytest_hricdv.run.Actions`), and listens to it.
 
     Args:
-        roles: the roles of all actors.
         chooser: decides what the model leaves open.
         commands: the commands, with the ranges of their parameters.
     """

@@ -27,11 +27,7 @@ class Role:
     """An interactive agent, ready for runs; made by `load_role`.
 
     Args:
-        declaration: the testbench's declaration.
-        model: the testbench's model.
         space: the belief space to choose beliefs from.
-        agent: the interactive agent.
-        steering: the steering agent.
         others: the names of the other agents of the model.
         percepts: an event for each of `declaration.percepts`.
         goals: the goals without parameters for which the agent has plans.

@@ -101,7 +101,6 @@ class MessageOrder:
     Nearly all come in order, so a queue is kept and only late ones are in a heap.
 
     Args:
-        name: the name of the recording.
         jitter_s: greatest disorder of messages.
         splits: whether the clock may jump, which begins another part.
     """

@@ -108,11 +108,7 @@ class LiveState:
 
 
 class LiveSource:
-    """Reads the progress from a report folder, or from the file of a campaign.
-
-    Args:
-        path: its path.
-    """
+    """Reads the progress from a report folder, or from the file of a campaign."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -255,7 +255,6 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     """The tests to run again, in order.
 
     Args:
-        results: the results of the session's tests.
         place: node id -> how many tests ran before it in its process; those that are not to run again have none.
         number: how many; None: `MIN_TESTS`, or more within `BUDGET` of the time.
     """

@@ -17,8 +17,7 @@ class Unrepeatable(PlainRecord, frozen=True, kw_only=True):
             showed it.
         detail: a sentence on the cause: which experiment showed it, and where it is in the code.
         left_by: node id of the test that left what makes the difference; empty for other causes.
-        outcome: the outcome in the session.
-        outcome_alone: alone, in a fresh process; "none" where it had none.
+        outcome_alone: the outcome alone, in a fresh process; "none" if it had none.
         in_session: the first event that differs, in the session.
         alone: the same, alone.
         hash_seed: the hash seed of the fresh process.
@@ -57,7 +56,6 @@ class AuditResult(PlainRecord, frozen=True, kw_only=True):
         differing: those that gave another result.
         hash_seed: the hash seed of the fresh process, and that of the session's own or "random".
         runs: how many runs it took, with all experiments.
-        wall_s: how long it took.
         problem: why it was not done, or not to its end.
     """
 

@@ -90,7 +90,6 @@ class Fresh:
         """Run an order; what its last test came to.
 
         Args:
-            order: the order of tests.
             patience_s: after so long (s of wall time) the process is ended.
         """
         if not self.problem:
@@ -146,7 +145,6 @@ class Repeater:
 
         Args:
             order: the order of tests.
-            hash_seed: the process's hash seed.
             copy: another number is another process.
             variables: the variables of the environment, besides those of the session.
             among: the tests that the process is to have; none: those of the start.

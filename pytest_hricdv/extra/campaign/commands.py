@@ -59,7 +59,6 @@ class CampaignProgress:
 
     Args:
         expected: runs of the campaign.
-        stream: the stream that is written to.
     """
 
     def __init__(self, store: Store, expected: int, stream: TextIO = sys.stdout) -> None:

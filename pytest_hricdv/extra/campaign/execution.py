@@ -42,8 +42,6 @@ class Execution:
     """Executes the missing runs of a campaign.
 
     Args:
-        plan: what there is to run.
-        workers: the workers that run it.
         run_s: time limit (s of wall time) for a result; without one the process is ended, and its run tried again.
         project: as workers find it.
         on_progress: called whenever something was stored, and from time to time.

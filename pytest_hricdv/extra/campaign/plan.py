@@ -46,11 +46,9 @@ class CampaignBasis(msgspec.Struct, frozen=True):
     """The tests and settings that pytest finds.
 
     Args:
-        arguments: the arguments of pytest.
         root: the folder that it was started in.
         tests: the tests, in the order of collection.
         project: its files, and those of the code under test, name -> hash.
-        versions: versions of installed packages.
         declared: the report before the first result.
         rootdir: the project's folder, relative to `root`.
         left_out: what follows the last test of a session, and no campaign.

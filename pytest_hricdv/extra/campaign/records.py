@@ -36,7 +36,6 @@ class CampaignRequirement(PlainRecord, frozen=True, kw_only=True):
     Args:
         passed: runs, as `failed` and `nc` (not checked).
         triggers: checks in all runs.
-        share: the share that failed.
         ever: abstract tests that violated it with some seed.
         always: abstract tests that violated it with each seed.
         unsettled: abstract tests whose verdict depends on the seed.
@@ -100,8 +99,6 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
         outcomes: outcome -> runs.
         endings: end of an interaction -> count.
         requirements: requirement -> over all runs.
-        tests: the tests, by suite and id.
-        lost: the lost runs, in order.
         repeated: runs that were done again, on another worker where there is one.
         differing: number of repeated runs that gave another record.
     """

@@ -38,7 +38,6 @@ class Cluster:
     """The workers that answer requests. `connect` makes it.
 
     Args:
-        address: the cluster's address.
         say: receives what a person should know, a sentence each.
         connection: the connection to its scheduler.
     """

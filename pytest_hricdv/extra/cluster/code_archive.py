@@ -38,7 +38,6 @@ def files_to_send(root: Path, state: Path | None = None, hidden: Sequence[str] =
     campaign's state. A symbolic link is as good as the file that it leads to, if that is sent itself.
 
     Args:
-        root: the project's folder.
         state: the file that keeps the campaign, which, like those next to it (`-wal`), is not part of the project.
         hidden: patterns of hidden files that are sent nevertheless, as `pathlib` matches them: `.env`, `arm/.*.toml`.
 
@@ -89,7 +88,6 @@ def pack(root: Path, files: Iterable[Path]) -> bytes:
     """Files of a project as a ZIP archive.
 
     Args:
-        root: the project's folder.
         files: the files in it, as `files_to_send` gives them.
 
     Raises:

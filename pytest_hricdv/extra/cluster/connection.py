@@ -40,9 +40,6 @@ class LocalWorkers:
     so they refuse other users and programs. Their files are in a folder for this user only: Dask's default folder,
     `dask-scratch-space`, may be another user's, and Python looks for modules in it.
 
-    Args:
-        workers: number of workers.
-
     Raises:
         ClusterError: there can be no such cluster on this machine.
     """

@@ -53,9 +53,7 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
     """The result of the same test on a second engine.
 
     Args:
-        engine: its name.
         outcomes: how each interaction ended there, in order.
-        record_sha256: SHA-256 of its record.
         requirements: requirement -> its result there.
         errors: errors of that run, a sentence each.
         differences: what depends on the engine.

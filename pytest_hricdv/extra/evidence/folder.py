@@ -99,7 +99,6 @@ def verify_evidence(folder: Path, project: Path, rerun: int) -> Iterator[str]:
     """Check a folder of evidence; yields what is wrong with it, a sentence each.
 
     Args:
-        folder: the folder of the evidence.
         project: the folder to rerun tests in.
         rerun: number of tests to rerun, evenly spread over the report.
 

@@ -29,13 +29,11 @@ class SessionFacts(PlainRecord, frozen=True, kw_only=True):
     """Facts about the session that ran the tests.
 
     Args:
-        testbench: its name.
         began: date and time (UTC).
         revision: the project's revision; it ends with `+` if tracked files had local changes.
         code: SHA-256 of the code under test.
         versions: name -> version, of packages, simulators and Python.
         suites: name, seed and number of tests of each.
-        engines: the physics engines.
         problems: everything besides requirements that failed the session, a sentence each.
         faults: number of mutants tried; None if none were.
         schedules: number of runs with another schedule; None if there were none.

@@ -31,11 +31,9 @@ class CheckRecord(PlainRecord, frozen=True, kw_only=True):
     """The verdict of one test on a requirement.
 
     Args:
-        test: its id.
         seed: the seed of its concrete parameters.
         verdict: Passed or Failed.
         margin: smallest signed distance to the bound, in the unit of the comparison.
-        engine: the physics engine.
         record_sha256: SHA-256 of the record of its run.
         replay: file that repeats it.
     """
@@ -54,11 +52,9 @@ class EvidenceRow(PlainRecord, frozen=True, kw_only=True):
     """A requirement and what was shown for it.
 
     Args:
-        id: the requirement's id.
         title: for people.
         source: the clause, standard or hazard that it comes from.
         text: the formula that is monitored, or the text of the list.
-        status: see `EvidenceStatus`.
         waiver: why a violation is known, or an NC is allowed.
         owner: the owner of the waiver.
         until: last day of the waiver, `YYYY-MM-DD`.

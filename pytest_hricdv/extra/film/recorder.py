@@ -58,7 +58,6 @@ class Caption:
     """The caption of a frame.
 
     Args:
-        time_s: simulated time (s).
         state: the state of the robot; empty if unknown.
         verdicts: requirement -> verdict so far.
         event: the last message, or the present violation.

@@ -57,7 +57,6 @@ def key_moments(
         moments: shown -> the event that it comes with, in the order in which they come in an interaction.
         events: the run's events, as (time in s, name), in the order of time.
         violation_s: when the first violation was, if there was one.
-        end_s: the end of the run.
     """
     frames: list[Moment] = []
     after_s, until_s = 0.0, end_s
@@ -88,7 +87,6 @@ def schedule(moments: Sequence[Moment], violations_s: Sequence[float], end_s: fl
     Args:
         moments: the key frames; the last one is the end.
         violations_s: when violations were.
-        end_s: the end of the run.
         period_us: pictures are taken at multiples of this.
     """
     end_us = round(end_s * US_PER_S)

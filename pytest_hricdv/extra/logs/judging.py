@@ -71,7 +71,6 @@ def judge(
     """Judge the runs of a log.
 
     Args:
-        reader: the reader of the log.
         known_when: requirement -> the condition under which its violation is known.
         actions: collects the commands of people; None to ignore them.
         draws: whether to draw timelines.

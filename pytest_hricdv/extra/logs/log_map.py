@@ -54,7 +54,6 @@ class TopicSource(PlainRecord, frozen=True, kw_only=True, forbid_unknown_fields=
     """A topic of the log.
 
     Attributes:
-        topic: its name.
         time: the clock of its messages; None for that of the map.
         gap_s: longest time (s) without data that is not a gap; None for that of the map.
         only: field -> the value that it must have; other messages are ignored.
@@ -139,7 +138,6 @@ def read_map(path: Path, vocabulary: Vocabulary, products: Mapping[str, CrossPro
     """The map of a file.
 
     Args:
-        path: the file's path.
         products: the testbench's cross products; None to ignore them.
 
     Raises:

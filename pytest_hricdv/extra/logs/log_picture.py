@@ -25,11 +25,7 @@ _Point = tuple[float, float]
 
 
 class LogPicture:
-    """Collects the timeline while the run is read: it keeps only values that are visible on the page.
-
-    Args:
-        end_s: when the run ends.
-    """
+    """Collects the timeline while the run is read: it keeps only values that are visible on the page."""
 
     def __init__(self, end_s: float) -> None:
         self._end_s, self._width_s = end_s, end_s / SPANS or 1.0

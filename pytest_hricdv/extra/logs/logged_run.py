@@ -75,7 +75,6 @@ class TopicTimes:
         """The gaps: waits that are longer than the limit, also before the first message and after the last one.
 
         Args:
-            end_s: when the run ended.
             limit_s: None for five periods of a periodic topic.
         """
         if limit_s is None:

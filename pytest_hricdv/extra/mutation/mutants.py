@@ -33,10 +33,8 @@ class Mutant:
         file: name of the changed file.
         line: the first line that differs.
         statement: the number of the statement, as in the coverage bits.
-        operator: the name of the operator.
         before: the changed lines, without indentation.
         after: what they became; empty if they were removed.
-        text: the whole changed file.
     """
 
     id: str

@@ -63,7 +63,6 @@ class MutationRun:
         options: how they are tried.
         chosen: node id -> test, of the session.
         processes: number of processes at the same time.
-        say: receives progress messages.
         let_through: while mutants are made and tried, a signal may raise.
         deciding: runs with schedules, of tests that take part.
     """
@@ -78,9 +77,6 @@ class MutationRun:
 
     def mutate(self, results: Sequence[TestResult]) -> MutationResult:
         """Try the mutants. At Ctrl-C it stops, and keeps what was found until then.
-
-        Args:
-            results: the results of the session's tests.
 
         Raises:
             MutationError: no test can take part, or tests run otherwise than in the session.

@@ -55,7 +55,6 @@ class MutantTrial:
     """A mutant with the ids of the tests to try it on, in order.
 
     Args:
-        mutant: its id.
         path: the path of the changed file; empty for the code as it is.
         text: the text of the changed file.
     """
@@ -74,7 +73,6 @@ class MutationJob:
         arguments: the arguments of pytest, as the session was started with.
         tests: id -> test.
         control: the code as it is: its runs must be those of the session.
-        trials: the trials, in order.
         processes: number of processes at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no mutant is begun after this time; None: no limit.

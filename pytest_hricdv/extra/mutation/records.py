@@ -28,7 +28,6 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
     """One test run with a mutant.
 
     Args:
-        test: its id.
         assertions: those that failed: requirements without known violations, and the oracles of this module.
         changed: whether the record differs from that in the original code.
         note: problems besides requirements.
@@ -128,10 +127,7 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
         matrix: whether a mutant was tried on further tests after one failed.
         excluded_tests: tests that fail, or were not measured, in the original code.
         processes: number of processes that made the runs.
-        wall_s: how long it took.
-        end_reason: why it ended.
         total: the score of all tests together.
-        suites: suite -> its score.
         operators: operator -> the score of its mutants.
         assertions: oracle -> its score; requirements that killed none have one, too.
         groups: group of requirements -> its score.

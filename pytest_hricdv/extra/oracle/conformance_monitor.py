@@ -25,7 +25,6 @@ class ConformanceMonitor:
     then conforms, this order is kept. The last two races are tried.
 
     Args:
-        oracle: what the run is compared with.
         parameters: the run's parameters, by name.
     """
 

@@ -156,7 +156,6 @@ class Product:
     """The product of an agent and a run, step by step.
 
     Args:
-        oracle: what the run is compared with.
         limits: belief -> the duration (s) that the agent believes in this run.
         delayed: the numbers of the observed events (from 0) that the agent hears only after the tolerance.
     """

@@ -64,7 +64,6 @@ class Shrinker:
     distributed over workers, and no requirement is shrunk twice.
 
     Args:
-        rerunner: runs tests.
         requirement: the requirement that failed.
         case: the test that failed it.
         nodeid: the node id of the pytest item that ran it.
@@ -157,8 +156,6 @@ class RemoteRuns:
     """Runs tests on a cluster; of several threads at a time.
 
     Args:
-        address: the cluster's address.
-        workers: its workers.
         service: the service that is asked.
     """
 
@@ -221,10 +218,8 @@ class PostSession:
     """Shrinks and searches; stops at Ctrl-C, and keeps what was found until then.
 
     Args:
-        rerunner: runs tests.
         settings: how to shrink and to search.
         chosen: node id -> test, of the session.
-        say: receives progress messages.
         remote: the cluster that runs tests of searches; None: they run here.
     """
 

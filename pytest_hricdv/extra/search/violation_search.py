@@ -36,7 +36,6 @@ class ViolationSearch:
     itself violates needs no search; a requirement that no test triggers has no margin to follow.
 
     Args:
-        rerunner: runs tests.
         chosen: node id -> test, of the session.
         judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
     """

@@ -22,9 +22,6 @@ class RequirementCandidate:
 
     Args:
         form: its template.
-        title: the title, in one sentence.
-        antecedent: the antecedent of the formula.
-        response: the response of the formula.
         subjects: the topics and signals that it is about.
         support: how often it was triggered in the runs that it was mined from.
         observed: the extreme that a bound was made of, for people; empty for none.

@@ -54,7 +54,6 @@ class CandidateScore:
     """A candidate with its tally.
 
     Args:
-        candidate: the candidate.
         requirement: its formula as data.
         tally: the tally of the runs that it was mined from.
         faults: the seeded bugs that violate it, as bits.
@@ -195,7 +194,6 @@ def rank(scores: Iterable[CandidateScore], noticed: int = 0) -> list[CandidateSc
     first.
 
     Args:
-        scores: the scores of candidates.
         noticed: the bugs that requirements notice, as bits.
     """
     left = sorted(scores, key=lambda score: _usefulness(score.candidate))

@@ -58,7 +58,6 @@ class Version:
         name: name of the bug; empty for the code as it is.
         path: the path of the changed file; empty for the code as it is.
         text: the text of the changed file.
-        runs: the runs to make.
     """
 
     name: str
@@ -74,7 +73,6 @@ class RecordingJob:
     Args:
         arguments: the arguments of pytest, as the session was started with.
         folder: the folder of the stored runs.
-        versions: the versions, in order.
         processes: number of processes at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no version is begun after this time; None: no limit.

@@ -44,10 +44,8 @@ class Recordings:
     """Makes runs, and keeps them in a folder: a run that is there already is not made again.
 
     Args:
-        folder: the folder of the stored runs.
         processes: number of processes at the same time.
         slowest_s: the slowest test (s of wall time).
-        say: receives progress messages.
         let_through: while runs are made, a signal may raise.
     """
 
@@ -81,7 +79,6 @@ class Recordings:
         """The runs of tests with the unchanged code, in order, except those that did not end.
 
         Args:
-            tests: the tests to run.
             what: what they are, for people.
             formulas: further requirements; a run continues until they are decided, and `failed` has those that failed.
 

@@ -18,7 +18,6 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         id: a name that no requirement has.
-        title: the title, in one sentence.
         formula: the formula of the language of requirements.
         form: response, precedence, bound or absence.
         triggers: how often it applied, in all runs of the original code.
@@ -58,8 +57,6 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
         unreached: number of seeded bugs whose statement no test executes.
         ignores_existing: whether they were made as if there were no requirements.
         seed: the seed with which tests and bugs were drawn.
-        wall_s: how long it took.
-        end_reason: why it ended.
         notes: what is to be known, a sentence each.
     """
 

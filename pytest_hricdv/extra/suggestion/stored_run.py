@@ -37,7 +37,6 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
     """One run of a test.
 
     Args:
-        test: its id.
         sha256: SHA-256 of the record; empty if there is none.
         end_s: when it ended (s of simulated time).
         failed: the requirements that it violated, except known violations.
@@ -114,7 +113,6 @@ def store(test: str, result: CaseResult, authorship: Authorship, failed: tuple[s
     """What is stored of a run.
 
     Args:
-        test: its id.
         authorship: watched it.
         failed: the requirements that it violated, except known violations.
     """

@@ -77,8 +77,6 @@ class Suggester:
     """Suggests requirements for a session.
 
     Args:
-        session: the session whose tests have run.
-        settings: how.
         tests: the results to mine, in the order in which they were drawn.
     """
 

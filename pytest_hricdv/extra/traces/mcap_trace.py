@@ -58,7 +58,6 @@ class McapTrace:
     """A run to be written.
 
     Args:
-        test: its result.
         testbench: declares the types and units.
         scene: how the shapes of the world moved; empty where nothing is known of them.
     """

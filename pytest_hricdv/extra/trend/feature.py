@@ -47,8 +47,6 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
         dirty: whether tracked files were changed.
         compared_by: testbench, suites with seeds, and options, which are equal in sessions that are compared.
         complete: whether all tests of the suites ran.
-        tests: how many ran.
-        outcomes: how many tests had each outcome.
         causes: why tests fail, except for known violations: id -> words; None if nobody looked for it.
         failing: ids of tests that failed or could not be run, the first of them.
         statements: covered by all suites together, per cent of the reachable ones; None: unmeasured. So are branches.

@@ -32,7 +32,6 @@ class PlanItem(PlainRecord, frozen=True, kw_only=True):
         owner: who is responsible; empty for the owner of the section.
         text: a longer description.
         depth: number of sections around it.
-        is_goal: whether it is a goal.
         requirements: the requirements that have to be checked and to pass.
         triggers: minimum number of triggers of each of these requirements.
         statements: minimum percentage of the reachable statements of the files.
