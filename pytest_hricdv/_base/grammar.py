@@ -1,8 +1,8 @@
 """`lark_parser` makes a parser from a lark grammar, and caches it, since building its tables is slow.
 
-The parsers of AgentSpeak (`bdi.language.parser`) and of requirements (`monitor.syntax_tree`) come from it.
-A cached parser is a pickle, so the cache is only used if no other user can write to the folder. A file that is missing,
-damaged or from other versions is ignored and replaced. If nothing can be written, each process builds its parsers.
+The parsers of AgentSpeak (`bdi.language.parser`) and of requirements (`monitor.syntax_tree`) come from it. The cache is
+in the user's cache folder. A cached parser is a pickle, so the cache is only used if no other user can write to this
+folder. A file that is missing, damaged or from other versions is ignored and replaced.
 """
 
 from __future__ import annotations

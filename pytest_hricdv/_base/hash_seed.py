@@ -1,8 +1,8 @@
 """Python's hash seed, which decides the iteration order of sets of strings: of this process and of its children.
 
-`own_hash_seed` finds out the seed of this process, for reports and replays; `environment_of_child` passes it on.
-Python takes it from the variable `PYTHONHASHSEED` when a process starts, and draws one where the variable is not set or
-says "random". A drawn value cannot be passed to another process.
+`own_hash_seed` finds out the seed of this process, for reports and replays; `environment_of_child` passes it on. Python
+takes the seed from the variable `PYTHONHASHSEED` when a process starts, and draws one if the variable is not set or is
+"random". A drawn seed cannot be passed to another process.
 """
 
 from __future__ import annotations

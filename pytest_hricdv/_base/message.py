@@ -1,8 +1,7 @@
 """Error messages about input: short and legible in a terminal, whatever the input contains.
 
-All errors about input are an `InputError`, whose text is made `legible`. `visible` escapes control characters in any
-text for a terminal; `quote` quotes input in a message; `nearest` ends it with the existing names nearest to a wrong
-one.
+Errors about input are an `InputError`, whose text is made `legible`. `visible` escapes control characters in any text
+for a terminal; `quote` quotes input in a message; `nearest` gives the existing names nearest to a wrong one.
 """
 
 from __future__ import annotations

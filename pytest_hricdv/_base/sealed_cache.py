@@ -1,8 +1,8 @@
 """Signed entries of pytest's cache, for data that decide which tests exist: only entries written by this user are read.
 
 `session.suites`, `coverage.reachability` and the closing loop keep suites and explored models with `write` and `read`.
-The cache is in the project: a checkout, an archive or a CI cache may contain a forged one, for instance a suite without
-the tests that fail. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, the plugin's version and its
+The cache is in the project: a checkout, an archive or a CI cache may contain a forged one, for instance with a suite
+that lacks the failing tests. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, the plugin's version and its
 content. The secret is a file in the user's state folder that nobody else can read. An entry without a valid seal is
 ignored; without a secret, all are. Any process of this user can read the secret, including code under test; but that
 code needs no cache to do harm.

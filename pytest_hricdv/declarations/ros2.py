@@ -1,7 +1,6 @@
 """`Ros2` declares the ROS 2 system of a testbench: topics, services and actions by type; `Launch` the nodes to start.
 
-The module also has the protocols of a started system (`Ros2System`), which testbenches use in a run and `extra.ros2`
-implements.
+The protocols of a started system (`Ros2System`) are here, too: testbenches use them, and `extra.ros2` implements them.
 """
 
 from __future__ import annotations

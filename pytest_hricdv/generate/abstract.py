@@ -19,11 +19,11 @@ an exported suite reads back unchanged (`target` is what generation aimed at):
     receivesignal
     set_param gaze = 1
 
-`values N` are parameters of the N-th command (from 1), and `values run` those of the run, that were chosen instead of
-drawn: they must be in their declared ranges. All others are drawn as in a test without values.
+`values N` fixes parameters of the N-th command (from 1), and `values run` parameters of the run, within their declared
+ranges. All others are drawn, as in a test without values.
 
-Of a model with several actors, each command says who acts; `after N` are the commands of others, by their numbers, that
-have to be done before the N-th begins (see `actors`):
+With several actors, each command says who acts; `after N` lists the commands of others, by their numbers, that have to
+be done before the N-th begins (see `actors`):
 
     # after 2: 1
     nurse: press call

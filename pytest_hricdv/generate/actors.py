@@ -3,12 +3,12 @@
 `actor_of` and `act_of` split a line of a test. `interleave` gives the order of the actions, in which `lanes` runs them.
 
 A test with several actors says in each line who acts, as in `nurse: press call`; a test with one actor does not. The
-lines of an actor are its *lane*: their order is kept. Between lanes only that order is kept which the model makes
-(`# after 3: 1`: the third action comes after the first is done); how they interleave otherwise is drawn. Every action
-of a lane has the parameter `turn` for this, a key from 0 to 1: of the lanes' next actions, the one with the least key
+lines of an actor are its *lane*: their order is kept. Between lanes, only the causal order of the model's run is kept
+(`# after 3: 1`: the third action begins after the first is done); otherwise, the interleaving is drawn. For this, every
+action of a lane has the parameter `turn`, a key from 0 to 1: of the lanes' next actions, the one with the smallest key
 goes first, and of equal keys the one that is first in the text (J. C. Bean: Genetic Algorithms and Random Keys for
-Sequencing and Optimization, ORSA J. Computing 6(2), 1994). So an interleave is a few numbers, and is chosen, searched
-for, shrunk and stored as all other parameters are.
+Sequencing and Optimization, ORSA J. Computing 6(2), 1994). So an interleaving consists of parameters, which are drawn,
+searched for, shrunk and stored like all others.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Chosen values: parameters fixed by a test instead of drawn from their ranges.
 
 They are kept by the number of their command, from 1, as in `# values 3: distance_m 0.55`; number 0 is the run, written
-`run` in text and JSON.
+`run` in text and JSON. `AbstractTest` checks them with `check`; `suite_files` reads and writes them (`read_text`,
+`to_text`), reports write them with `to_data`.
 """
 
 from __future__ import annotations

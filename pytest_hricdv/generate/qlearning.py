@@ -2,7 +2,7 @@
 
 Learning (`learner.learn`) builds belief sets that make the model execute many plans. Its state is the belief added
 last, its action the belief added next, and the reward follows from the plans that the model then executes. Learning has
-one or more rounds, each with a new reward object.
+one or more rounds, each with a new reward object. Testbenches and options (`session.learning_options`) set `QLearning`.
 """
 
 from __future__ import annotations

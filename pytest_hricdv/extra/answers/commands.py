@@ -1,4 +1,7 @@
-"""Commands on reports: `hricdv report query`, `live` and `mcp`."""
+"""The commands `query`, `live` and `mcp` of `hricdv report`: their options and functions, listed in `COMMANDS`.
+
+The feature registry adds them; they call `answers.ask`, `serve_live` and `server.serve`.
+"""
 
 from __future__ import annotations
 

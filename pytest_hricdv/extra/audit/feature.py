@@ -1,6 +1,7 @@
 """The audit in a session (`--hri-audit`): after the last test, reruns some tests to check that runs repeat.
 
-Each reruns alone in a fresh process (`auditor`), with the environment and import path saved before the first test.
+`AuditFeature` saves environment and import path before the first test. An `Auditor` then reruns each test alone in a
+fresh process with both; `AuditView` shows the result.
 """
 
 from __future__ import annotations

@@ -53,9 +53,9 @@ class Start:
     """How a fresh process is started.
 
     Args:
-        session: its first message.
+        session: the first message that it receives.
         directory: where pytest was started.
-        begin: time at which the session began.
+        begin: the environment and import path to start with.
         reusable: whether it can run several orders, each in a fork.
     """
 

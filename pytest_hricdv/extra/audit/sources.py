@@ -1,7 +1,7 @@
 """Sources of nondeterminism: random numbers, clocks, file times and the like, which a run may read.
 
 `SourceWatch` replaces such functions of Python in a fresh process. It either reports the lines that call them, or
-freezes them, so that they return the same in each run: a run that repeats only then depends on that kind of source.
+freezes them, so they return the same in each run. A run that repeats only then depends on the frozen kind of source.
 `audit.process` uses it in reruns; `CauseSearch` says which kinds to freeze.
 
 Only calls from the project's own files count: the plugin, pytest and libraries make most of them all the time.

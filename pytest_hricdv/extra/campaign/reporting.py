@@ -1,6 +1,6 @@
 """`campaign_report` makes the report of a campaign: sums over all runs, and as tests all runs or those worth keeping.
 
-The command `report` and `hricdv report live` call it. `Statistics` reads rows one by one, to save memory.
+The command `report` and `hricdv report live` call it. `Statistics` sums up rows one by one, to save memory.
 """
 
 from __future__ import annotations

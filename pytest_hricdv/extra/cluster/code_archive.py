@@ -1,6 +1,6 @@
 """The project as one archive, for workers of a cluster that do not have it: `pack` makes it, `unpack` unpacks it.
 
-`worker_project`, called by `ClusterFeature`, says what workers get; `service` unpacks it there. It is sent with
+`worker_project`, called by `DaskCluster`, says what workers get; `service` unpacks it there. It is sent with
 `--hri-send-code`, or `--send-code` of a campaign. Otherwise, workers have the project at the same path.
 """
 

@@ -1,6 +1,7 @@
-"""Films of failing tests (`--hri-film`): an option that makes them, and links to them in the report.
+"""Films of failing tests (`--hri-film`): `FilmFeature` makes them, and `FilmView` links to them in the report.
 
-The process that ran a failing test runs it again with a camera in its world. The first run is never rendered.
+The process that ran a failing test calls `FilmMaker`, which runs it again with a camera in its world. The first run is
+never rendered.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """`FilmRecorder` takes pictures of a run at scheduled times, and keeps those that show something new, with captions.
 
-`FilmMaker` reruns the test with a `FilmedWorld`, which stops for each picture. A caption shows simulated
-time, the state of the robot, verdicts so far, and the last message or violation.
+`FilmMaker` reruns the test with a `FilmedWorld`, which stops for each picture. A caption shows simulated time,
+the state of the robot, verdicts so far, and the last message or violation.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`judge`: judges logs message by message, for `hricdv check`, and yields a `JudgedRun` for each run.
+"""`judge`: judges logs message by message, for `hricdv check`, and returns a `JudgedRun` for each run.
 
 A requirement without data in a log is unknown, never passed.
 """

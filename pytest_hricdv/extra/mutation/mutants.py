@@ -1,9 +1,9 @@
 """Makes the mutants of the code under test: one for each change that an operator makes, in the order of the text.
 
-`MutationRun` gets them from `all_mutants`, or some of them, drawn with a seed, from `sample`.
-The operators are those for robots, and some of the library mutmut (https://github.com/boxed/mutmut). Its operators that
-replace a value by None, drop an argument or misspell a string are left out: a type checker finds these bugs, or they
-end the run at once, so detecting them says little about the tests.
+`MutationRun` gets them from `all_mutants`, and draws some with `sample`. The operators are `robot_operators`, and some
+of the library mutmut (https://github.com/boxed/mutmut). Its operators that replace a value by None, drop an
+argument or misspell a string are left out: a type checker finds these bugs, or they end the run at once, so detecting
+them says little about the tests.
 """
 
 from __future__ import annotations

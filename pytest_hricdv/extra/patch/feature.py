@@ -1,4 +1,4 @@
-"""Patch coverage (`--hri-patch`): `PatchFeature` reports which statements changed since a git revision tests execute.
+"""Patch coverage (`--hri-patch`): `PatchFeature` reports which statements that changed since a git revision are tested.
 
 A `Repository` finds the changed lines; `records.measure` compares them with the coverage of the session's tests.
 """

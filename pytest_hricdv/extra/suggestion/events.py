@@ -1,6 +1,6 @@
 """What stored runs show, as formulas name it: events at instants, and conditions that hold for a while.
 
-`find_events` and `signal_conditions` find them in `Runs`, the runs to mine; the templates combine them to candidates.
+`find_events` and `signal_conditions` find them in `Runs`, the runs to mine; the templates make candidates of them.
 """
 
 from __future__ import annotations

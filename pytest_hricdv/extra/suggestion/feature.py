@@ -1,6 +1,6 @@
-"""Suggestions in a session of `hricdv suggest`: its options, and what it does after the last test.
+"""Suggestions in a session of `hricdv suggest`: `SuggestionFeature` has the options, and calls `suggest` at the end.
 
-A report shows suggested requirements as lines to paste into a requirements file, and as a section of its page.
+`SuggestionView` shows suggested requirements as lines to paste into a requirements file, and as a section of the page.
 """
 
 from __future__ import annotations
