@@ -13,10 +13,10 @@ STANDARD = (0, 1, 2)
 """Standard input, output and errors."""
 
 OWN: set[int] = {*STANDARD}
-"""The session's descriptors."""
+"""The descriptors (numbers) of the session, which code under test must not close."""
 
 _LEFT: dict[int, tuple[int, int]] = {}
-"""Descriptors that runs left open -> device and number of the file: code under test may close them later."""
+"""Descriptor that a run left open -> device and inode of its file. Code under test may close it later."""
 
 
 def keep_open() -> None:

@@ -49,7 +49,7 @@ _PARTS = re.compile(
 )
 _KEY = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _DEEP_KEY = re.compile(rf"(?<![\w.-]){_KEY}(?:[ \t]*+\.[ \t]*+{_KEY}){{{MAX_DEPTH}}}")
-"""A TOML key nested too deeply: `tomllib` needs time quadratic in its length."""
+"""Matches a dotted TOML key with too many parts, for which `tomllib` needs time quadratic in its length."""
 _ZEROS = bytes.maketrans(b"123456789", b"000000000")
 
 

@@ -24,7 +24,7 @@ MAX_LINE = 2_000
 """The same within a sentence, or of a value of a signal or message: half a browser window."""
 
 _INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
-"""Categories of Unicode. Some of these characters are not allowed in XML."""
+"""Unicode categories of invisible characters, which are escaped. XML does not allow some of them."""
 _GAP = " ... "
 
 _CI_COMMAND = re.compile(r"^(\s*:)(?=:)|(##)(?=\w*\[)")
@@ -70,7 +70,7 @@ def quote(value: object) -> str:
 
 
 EXCERPT_WIDTH = 2 * 80
-"""Characters of a source line that an error message shows: two lines of a terminal with 80 columns."""
+"""Maximum number of characters of a source line in an error message: two lines of a terminal with 80 columns."""
 
 
 def excerpt(line: str, column: int) -> tuple[str, int]:

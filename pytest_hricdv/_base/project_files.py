@@ -20,10 +20,10 @@ from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import list_names
 
 SOURCES = (".py", ".toml", ".ini", ".asl", ".mas2j")
-"""Files of a project that runs can depend on."""
+"""Suffixes of the files of a project that runs can depend on."""
 
 _NO_SOURCES = ("__pycache__", "node_modules", "site-packages", "pyvenv.cfg")
-_SHOWN = 5
+_SHOWN = 5  # maximum number of differences that a message names
 
 
 def hashes(root: Path) -> dict[str, str]:

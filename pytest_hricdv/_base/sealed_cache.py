@@ -2,8 +2,8 @@
 
 `session.suites`, `coverage.reachability` and the closing loop keep suites and explored models with `write` and `read`.
 The cache is in the project: a checkout, an archive or a CI cache may contain a forged one, for instance with a suite
-that lacks the failing tests. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, the plugin's version and its
-content. The secret is a file in the user's state folder that nobody else can read. An entry without a valid seal is
+that lacks the failing tests. So each entry has a seal (HMAC-SHA-256, RFC 2104) over its key, content and the plugin's
+version. The secret is a file in the user's state folder that nobody else can read. An entry without a valid seal is
 ignored; without a secret, all are. Any process of this user can read the secret, including code under test; but that
 code needs no cache to do harm.
 """
@@ -27,7 +27,7 @@ from pytest_hricdv._base.input_file import from_cache
 
 FILE = "cache.key"
 _SECRET_BYTES = 32
-"""Bytes of the secret: as many as the hash has (RFC 2104: fewer weaken it, more do not strengthen it)."""
+"""Size (bytes) of the secret: that of the hash (RFC 2104: fewer bytes are weaker, more are not stronger)."""
 
 
 def read(cache: Any | None, key: str) -> Any:

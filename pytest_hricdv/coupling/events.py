@@ -23,7 +23,7 @@ from pytest_hricdv.coupling.percept_mapping import PERCEPT, CouplingError, Perce
 from pytest_hricdv.monitor import FormulaSource, MonitorSet, PastFormula, Value, Vocabulary, parse_condition
 from pytest_hricdv.monitor.analysis import names_of, topics_of
 
-Bindings = dict[Variable, Term]
+Bindings = dict[Variable, Term]  # variable of an event's literal -> its value
 
 
 @dataclass(frozen=True)

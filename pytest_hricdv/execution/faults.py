@@ -17,7 +17,7 @@ from pytest_hricdv.run_course import INSTANT_S
 from pytest_hricdv.runtime import Kernel, KernelError, Node, NodeError
 from pytest_hricdv.testbench import Ending, Outcome, Testbench
 
-Body = Callable[[], None]
+Body = Callable[[], None]  # the function that a node runs
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

@@ -15,7 +15,7 @@ from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome, is_
 ENGINE_SENSITIVE = "engine-sensitive"
 
 FunctionEnd = Literal["returned", "raised", "xfailed"]
-"""How pytest saw a test function end; xfailed: by a mark or a call of the author, or by what the judge had raised."""
+"""How a test function ended for pytest; xfailed: by a mark or call in the test, or by what the judgement had raised."""
 
 
 class Discrepancy(Protocol):

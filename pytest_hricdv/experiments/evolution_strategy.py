@@ -27,7 +27,7 @@ FIRST_WIDTH = 0.1
 """Maximum size of the first step, as a share of a parameter's range; the 1/5 success rule adapts it."""
 
 _WIDER, _NARROWER = 1.5, 1.5**-0.25  # with one success in five, the width stays the same
-_WIDTHS = (0.01, 0.5)
+_WIDTHS = (0.01, 0.5)  # minimum and maximum step width, as shares of a range
 _NEW_SAMPLE, _SIMPLE_VALUE = 0.1, 0.1  # shares of all changes; the rest are steps nearby
 
 

@@ -22,7 +22,7 @@ from pytest_hricdv.generate.sampler import Sampler, Sometimes, Uniform
 
 T = TypeVar("T")
 
-_SIGNIFICANT_DIGITS = (1, 2, 3)
+_SIGNIFICANT_DIGITS = (1, 2, 3)  # of simpler values, tried in this order
 
 Places = Sequence[int]
 """Positions of actions in a test, from 0."""

@@ -54,7 +54,7 @@ Plans = Mapping[str, tuple[str, ...]]
 # \Z and not $, here and wherever input is checked: $ matches before a line break at the end, too.
 _ID = re.compile(r"[A-Za-z0-9_-]+\Z")
 MAX_SUITE_NAME = 100
-"""Longest name of a suite, in characters: it is part of the names of files, which have at most 255."""
+"""Maximum length of a suite's name, in characters: it is a part of file names, which have at most 255."""
 _NOT_IN_IDS = re.compile(r"[^A-Za-z0-9_]+")
 _WORD = r"[A-Za-z_]\w*"
 _VALUE = rf"(?:{_WORD}|[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)"

@@ -32,7 +32,7 @@ NO_ORDER: After = {}
 TURN = "turn"
 """The parameter of an action that says when its turn is, from 0 to 1."""
 TURN_WAIT_S = "turn_wait_s"
-"""The parameter of a run that says how long an actor waits for its turn at most (s)."""
+"""The parameter of a run that says for how long (s) an actor waits for its turn at most."""
 
 _ACTOR = re.compile(r"([A-Za-z_]\w*): ", re.ASCII)
 # Six digits: more than any test has actions, and int() of thousands of digits takes its time.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 GENERATOR_VERSION = "1"
-"""Part of every fingerprint: raised whenever the same inputs give other tests than before."""
+"""Part of the key of every cached suite; increase it if the same inputs give other tests than before."""
 
 PSEUDORANDOM_LENGTHS = (4, 19)
 """Minimum and maximum number of actions of a pseudorandom test in the original experiment."""

@@ -21,7 +21,7 @@ from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.role import Role
 
-GOAL = "goal"
+GOAL = "goal"  # what a decision is about; besides, the name of a group of beliefs
 DISTURBANCE = "disturbance"
 ACT = "act"
 NONE = ""

@@ -30,7 +30,7 @@ MAX_ELEMENTS = 1000
 SUFFIXES = (".mcap", ".db3")
 
 EMPTY_BYTES = 8
-"""Size of a message without fields, whose definition is empty: a header, and a byte in place of fields."""
+"""Maximum size (bytes) of a message without fields, whose definition is empty: a header and a placeholder."""
 
 MAX_EXACT = 2**53
 """Integers below this one are exact as floats."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 MAX_MESSAGE_BYTES = 100_000_000
-"""Maximum size of a message, and of data unpacked at once: four uncompressed images of 4K."""
+"""Maximum size (bytes) of a message, and of data unpacked at once: four uncompressed images of 4K."""
 
 MAX_UNPACKING = 200
 """Maximum ratio of unpacked to packed size of a file (chosen): recordings have five to thirty."""

@@ -47,7 +47,7 @@ UNREAD: Mapping[str, Value] = {}
 """The fields of a message that could not be read; compared by identity."""
 
 TICK = ""
-"""The topic of a message of `/clock`."""
+"""In a `RecordedSample`: stands for the topic `/clock`."""
 
 
 def clock_s(data: bytes) -> float:
@@ -56,7 +56,7 @@ def clock_s(data: bytes) -> float:
 
 
 MAX_HELD = 100_000
-"""Most messages that wait for the next one of `/clock`, also for the first."""
+"""Maximum number of messages kept until the next message of `/clock`, also until the first one."""
 
 
 def times_of_clock(samples: Iterable[RecordedSample]) -> Iterator[RecordedSample]:

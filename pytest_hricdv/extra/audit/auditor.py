@@ -29,8 +29,8 @@ from pytest_hricdv.session.child_process import FreshSession, drop_editor_plugin
 from pytest_hricdv.session.feature import FeatureSession
 
 EXPERIMENTS_S = 120.0
-"""Experiments on causes begin no later after the audit began (s of wall time), or as long as the session took: enough
-for some twenty processes of a few seconds (`benchmarks.isolation`)."""
+"""Time (s of wall time since the audit began) after which no experiment on causes starts; after longer sessions, it is
+the time that the session took. Enough for some twenty processes of a few seconds (`benchmarks.isolation`)."""
 
 MAX_FURTHER = 10
 """Maximum number of other failed tests to rerun after one was not repeatable: a session may have hundreds."""

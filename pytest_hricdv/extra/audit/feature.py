@@ -35,7 +35,7 @@ class AuditOptions:
 
 
 BEGIN: pytest.StashKey[Begin] = pytest.StashKey()
-"""Where the environment and import path are kept, as they were before the first test."""
+"""Key of the environment and import path before the first test, in the stash of pytest's configuration."""
 
 
 class AuditFeature(Feature[AuditOptions]):

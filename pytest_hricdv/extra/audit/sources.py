@@ -43,7 +43,7 @@ KINDS = (RANDOM, CLOCK, FILE_TIMES, PROCESS, LISTING)
 """Kinds that can be frozen, in the order in which they are tried."""
 
 _MOST_READINGS = 20
-"""Number of locations kept of each kind: more than anybody reads."""
+"""Maximum number of locations to keep of each kind of source: more than anybody reads."""
 
 
 class Reading(msgspec.Struct, frozen=True):

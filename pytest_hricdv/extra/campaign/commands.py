@@ -43,9 +43,9 @@ OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
 MAX_LISTED = 7000
 """Maximum number of tests that the report lists: a page with more takes seconds to open."""
 
-_SHOWN = 10
-STEPS = 10  # a log of CI has ten lines, however long the campaign is
-EVERY_S = 1.0  # counting a million rows takes 0.13 s, and this is called with each answer
+_SHOWN = 10  # maximum number of runs of a kind that the terminal lists
+STEPS = 10  # number of progress lines in a log, as of CI, however long the campaign is
+EVERY_S = 1.0  # minimum time (s) between updates of the progress: counting a million rows takes 0.13 s
 
 
 def outcomes(counts: Mapping[str, int]) -> str:

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 _ALL_IDS = "4294967295"
-"""Number of user ids in a process outside user namespaces (`man user_namespaces`)."""
+"""Number of user ids in the id map of a process outside user namespaces (`man user_namespaces`)."""
 
 
 class UnsafeFolderError(OSError):

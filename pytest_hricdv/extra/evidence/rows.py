@@ -18,9 +18,9 @@ from pytest_hricdv.report.waivers_view import split_owner
 from pytest_hricdv.results.model import Report, TestResult
 
 EvidenceStatus = Literal["satisfied", "violated", "known violation", "not checked", "no evidence"]
-"""Satisfied: it passed in a test and failed in none. Known violation: it failed, and a waiver covers each failure.
-Not checked: no test triggered and decided it. No evidence: it is in a list, and no requirement of the testbench names
-it."""
+"""Satisfied: the requirement passed in a test and failed in none. Known violation: it failed, and a waiver covers each
+failure. Not checked: no test triggered and decided it. No evidence: it is in a list of requirements, and no requirement
+of the testbench names it."""
 
 OPEN: tuple[EvidenceStatus, ...] = ("violated", "not checked", "no evidence")
 """A requirement with one of these is open, unless it has a waiver."""

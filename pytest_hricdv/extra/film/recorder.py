@@ -28,9 +28,9 @@ BAR_PX = 72
 """Minimum height of the bar below the picture; the frame's height is a multiple of BLOCK_PX."""
 
 BLOCK_PX = 16
-"""Encoders require frames of whole blocks."""
+"""Size of a block (pixels); encoders require frames of whole blocks."""
 
-# Chosen by looking at films of the table: what is written can still be read on the strip.
+# Sizes of margins, frames and fonts, chosen so that captions can be read on the strip of key frames.
 EDGE_PX = 12
 FRAME_PX = 6
 EVENT_PX = (17, 15, 13)

@@ -19,7 +19,7 @@ FOLDER = "films"
 
 VideoName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.(mp4|gif)\Z")]
 StripName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.png\Z")]
-"""The path of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
+"""Paths of a film and of its strip, relative to the report. They become links on the page, so they are restricted."""
 
 
 class FilmResult(PlainRecord, frozen=True, kw_only=True):

@@ -17,7 +17,7 @@ FRAMES_PER_S = 12  # chosen: movement still looks smooth enough, with half as ma
 QUALITY = ("-crf", "26", "-preset", "veryfast")
 
 ENCODER_TIMEOUT_S = 60.0
-"""Time for the encoder to finish after the last frame."""
+"""Time limit (s) for the encoder to finish after the last frame."""
 
 GIF_WIDTH_PX = 480
 GIF_COLOURS = 64  # chosen: the scene has a dozen colours and their shades

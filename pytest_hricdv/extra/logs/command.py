@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 PURPOSE = "judge logs of the real robot by the testbench's requirements"
 OK, VIOLATED, USAGE = 0, 1, 2
 DRAFTED_FROM = 100_000
-"""Number of messages of a log, from its beginning, that a map is drafted from."""
+"""Maximum number of messages, from the beginning of a log, from which a map is drafted."""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

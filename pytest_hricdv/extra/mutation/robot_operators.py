@@ -28,7 +28,7 @@ Change = tuple[cst.CSTNode, cst.CSTNode]
 """A node of the syntax tree, and its replacement."""
 
 Changes = Callable[[cst.CSTNode, Source, Names], Iterator[Change]]
-"""An operator."""
+"""The type of an operator; it yields all changes of a node that it makes."""
 
 _MESSAGE = frozenset({"publish", "send", "emit", "broadcast", "notify", "say", "tell"})
 _WAIT = frozenset({"sleep", "wait", "pause", "delay"})

@@ -23,9 +23,9 @@ from pytest_hricdv.report.html import standalone
 
 OK, WRONG = 0, 1
 AT_ONCE = 2
-"""Sessions that run at the same time."""
+"""Maximum number of sessions that run at the same time."""
 PACKAGES = ("pytest-hricdv", "pytest", "pytest-xdist", "coverage", "greenlet", "msgspec", "pybullet", "mujoco-core")
-"""Packages whose versions the page has."""
+"""Packages whose versions are on the page."""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

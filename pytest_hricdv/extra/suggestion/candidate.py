@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Form = Literal["response", "precedence", "bound", "absence"]
-"""Its template; see docs/patterns.md."""
+"""The template of a candidate; see docs/patterns.md."""
 
 MIN_SUPPORT = 3
 """Minimum number of times that something must have happened in the runs to be evidence for a candidate."""

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 UNREACHED: TestSection[str] = TestSection("unreached", str, "")
-"""A digest of the code's waits until each simulated second, four digits each, if nothing that people, sensors or the
-world did reached the code in the test's run."""
+"""If nothing from people, sensors or the world reached the code in the test's run: digests of its waits up to each
+simulated second, of four digits each, to compare with other runs."""
 
 UNREAD: TestSection[tuple[str, ...]] = TestSection("unread", tuple[str, ...], ())
 """Declared parameters of the run that nothing read in a test."""
