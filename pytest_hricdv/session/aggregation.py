@@ -1,4 +1,8 @@
-"""The plugin `Aggregation` of the controlling process: collects the results of all workers, names tests without one."""
+"""`Aggregation`: collects the test results of all workers in the controlling process, and lists tests without a result.
+
+`plugin` registers it as a pytest plugin. `SessionReporter` makes the report from its `results`, which a `ResultStore`
+keeps compressed; its `journaling` writes each result to the journal.
+"""
 
 from __future__ import annotations
 
@@ -25,16 +29,16 @@ from pytest_hricdv.session.run_context import RunContext
 
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
 BY_FILE = ("loadscope", "loadfile")
-"""Modes of xdist that keep the tests of a file, or of a module, on one worker."""
+"""Values of xdist's option `--dist` that keep the tests of a module or class, or of a file, on one worker."""
 
 FASTEST = 1
-"""Level of compression: a quarter of the size in half a millisecond; the best one saves little more."""
+"""zlib's compression level for results: it leaves a quarter of the size in 0.5 ms; the best level saves little more."""
 
 
 class ResultStore:
     """Node id -> result, as compressed JSON: results of thousands of tests would need gigabytes as objects.
 
-    The last one that was put counts, as a test that is run again counts once.
+    The last result that was put for a test counts, since a test that runs again counts once.
     """
 
     def __init__(self) -> None:

@@ -1,8 +1,8 @@
 """`--hri-break-on-violation`: stops in a debugger, inside the code under test, when a requirement is violated.
 
-A monitor judges an instant when it is over; by then, the code that acted in it has continued. But a run is a function
-of its test, so `BreakpointRunner` runs the test twice: once to find the violation, and again up to the last event of
-that instant. There the stack is that of the node that acted, and virtual time stands still.
+A monitor judges an instant when it is over; by then, the code that acted in it has continued. But runs are repeatable,
+so `BreakpointRunner`, which `TestRunner` uses with this option, runs the test twice: once to find the violation, and
+again up to the last event of that instant. There, the debugger shows the stack of the node that acted, and `Now`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pytest_hricdv.report.formatting import seconds
 from pytest_hricdv.runtime.record import Value
 
 NAME = "hri_state"
-"""The name by which code in the debugger has the instant."""
+"""Name of the variable in the debugger that holds `Now`, the instant at which the run is stopped."""
 
 _PACKAGE = Path(__file__).parents[1]
 

@@ -1,8 +1,8 @@
 """The child side of a subprocess that runs tests for a session (the parent side is `execution.separate_process`).
 
-The child configures pytest as the session does, so both have the same conftest files, testbench and world. It reads
-requests from standard input and writes answers to standard output, as lines of JSON. Most children run each test in a
-fork.
+`run_configured` configures pytest as the session does, so the child has the same conftest files, testbench and world;
+`serve` runs some tests of the session in a `FreshPytest`. A child reads requests from standard input and writes answers
+to standard output (`channel`). Used by `run_process`, `spawned`, and features such as the audit and mutation testing.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ NO_REWRITE_WARNING = ("-W", "ignore::pytest.PytestAssertRewriteWarning")
 """Options that silence pytest's warning that modules were imported before it could rewrite their asserts."""
 
 END = b""
-"""The line that ends an answer."""
+"""The empty line that ends an answer."""
 
 RUN_S = 60.0
 """Processor time (s) after which a run is killed: some sixty times that of a run of the table (docs/studies/closure.md:

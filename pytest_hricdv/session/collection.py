@@ -1,4 +1,8 @@
-"""`Collection`: turns every generated test into a pytest item. Registered in every process when a suite is active."""
+"""`Collection`: turns every generated test into a pytest item, and holds the session's options, testbench and suites.
+
+`plugin` registers it as a pytest plugin in every process of a session with a suite or a replay. With xdist, the
+controlling process sends the suites to each worker under the keys below, and the worker reads them by `worker_input`.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +37,7 @@ from pytest_hricdv.testbench import Testbench, TestbenchError
 from pytest_hricdv.testbench_faults import check_testbench, describe_keywords
 
 ATTRIBUTE = "hricdv"
-"""The attribute of pytest's report of a call that holds the result, as JSON."""
+"""The attribute of pytest's `TestReport` for a test's call that holds the `TestResult`, as JSON."""
 
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
@@ -47,7 +51,7 @@ ALONE = "hricdv_alone"
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
 _LONG_S, _TELL_AGAIN_S = 2.0, 60.0
-"""What takes longer is announced; a log has a line on it this often (s of wall time)."""
+"""A step that takes longer than the first is announced; a log repeats this at the second interval (s of wall time)."""
 
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:

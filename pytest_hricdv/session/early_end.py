@@ -1,6 +1,7 @@
-"""Ends a session early on SIGTERM or Ctrl-C, also while its suites are still being generated.
+"""`EarlyEnd`: ends a session early on SIGTERM or Ctrl-C, also while its suites are still being generated.
 
-Registered in the controlling process only.
+`plugin` registers it in the controlling process. It creates the session's `Signals`, and tells them how to hurry and
+how to end without pytest.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""The plugin `Exporter` of the controlling process: writes files for other tools after the report (`report.exports`).
+"""`Exporter`: writes files for other tools (`report.exports`) after the report, in the controlling process.
 
-Attachers add timelines and films of tests to the reports of allure-pytest and pytest-html.
+`plugin` registers it with the files that `read_targets` finds in the options. In every process it also registers the
+`attachers`, which add timelines and films of tests to the reports of allure-pytest and pytest-html.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.reporting import SessionReporter
 
 _ID = "hri.id"
-"""The property by which an element of the JUnit file is known to be of a generated test."""
+"""The JUnit property that marks a test case of the JUnit file as a generated test."""
 
 
 def read_targets(config: pytest.Config) -> ExportTargets:

@@ -1,4 +1,8 @@
-"""`Feature`, the interface of optional features with a session: options, extra suites, steps after the last test."""
+"""`Feature`, the interface of optional features with a session: options, extra suites, steps after the last test.
+
+`features` gives those of the registry. `plugin` lets them generate suites, `Preparation` lets them check and add to the
+header, and `SessionReporter` calls them after the last test, with a `FeatureSession`.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DecidingRun:
-    """A test that passes with another schedule; mutation testing tries mutants on it, too.
+    """A test with a schedule by which it passes, while another run of it failed; mutants are tried on it, too.
 
     Args:
         test: id of the test of the session that it was made from.

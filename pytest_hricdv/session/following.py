@@ -1,7 +1,8 @@
 """Follows the imports of a session from before its conftests, so that their coverage needs no second import.
 
-What is imported while conftests are loaded is measured before it is known what the code under test is: so all modules
-of the project and of its `pythonpath` are followed, and those of installed packages once the testbench has named them.
+`plugin` calls `follow_imports` before it is known what the code under test is. So all modules of the project and of its
+`pythonpath` are followed, and those of installed packages once the testbench has named them. `Collection` makes the
+testbench within `base_imports`, and `RunContext` measures with the resulting `ImportCoverage`.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.coverage.import_coverage import ImportCoverage
 
 IMPORTS = pytest.StashKey["ImportCoverage"]()
-"""Where the configuration of a session that measures the code under test has it."""
+"""Key of the `ImportCoverage` in `config.stash`, in a session that measures the code under test."""
 
 
 def is_wanted(config: pytest.Config, args: list[str]) -> bool:

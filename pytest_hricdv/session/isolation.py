@@ -3,11 +3,11 @@
 No run happens in this process, so each starts from the same state: modules, class attributes, caches and singletons
 are those from before the first test. Fixtures are set up and torn down here, once for their scope, as in pytest.
 
-The fork returns from the hook as if it were the only process: it runs the test, makes its report with all that plugins
-attach, sends the report, and ends. This process only waits for the report.
+`plugin` registers `Isolation` as the outermost plugin around a test's call. The fork runs the test, makes its report
+with all that plugins attach, sends it as a `CallResult`, and ends. This process only waits for that message.
 
-On a system without forks, a new process is started instead (see `pytest_hricdv.session.spawned`): it configures pytest
-and sets up the test's fixtures again.
+On a system without forks, a new process is started instead (`session.spawned`): it configures pytest and sets up the
+test's fixtures again.
 """
 
 from __future__ import annotations

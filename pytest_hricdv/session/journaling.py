@@ -1,4 +1,8 @@
-"""`JournalKeeper`: keeps the session's journal in the report folder, from before the first test to the end."""
+"""`JournalKeeper`: writes the session's journal into the report folder, from before the first test to the end.
+
+`Aggregation` makes one and gives it each result; `Preparation` begins the journal, or resumes that of an earlier
+session. `results.journal` defines the records in the file.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options for learning the suite `rl`: the command line overrides the ini file, which overrides the testbench."""
+"""`LearningOptions`, for `read_options`: how the suite `rl` is learned. They override the testbench's settings."""
 
 from __future__ import annotations
 

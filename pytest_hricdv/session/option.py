@@ -1,4 +1,8 @@
-"""Kinds of pytest options (`Flag`, `Value`, `Repeatable`), their `OptionReader`, and how features declare their own."""
+"""Kinds of pytest options (`Flag`, `Value`, `Repeatable`), and the `OptionReader` that reads and checks their values.
+
+`option_table` declares the core's options by them, and each feature its own, in `FeatureOptions`. `read_options` and
+the features read them. `usage_error` makes the error for a wrong value.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The `Options` in force: the command line overrides the ini file, and all are validated before anything runs."""
+"""The `Options` of a session, read and validated by `read_options`; the command line overrides the ini file.
+
+`plugin` reads them when pytest is configured, before anything runs, and gives them to `Collection`. `Shard` says which
+tests of a suite belong to one part of it.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,7 @@ from pytest_hricdv.session.learning_options import LearningOptions, read_learnin
 from pytest_hricdv.session.option import MAX_INTEGER, OptionReader, feature_options, usage_error
 
 MAX_TESTS = 100_000
-"""As in `generate.beliefs`, which a session without a suite does not import."""
+"""Most tests of a suite; the same number as in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
 """A key of what a worker receives: the date on which the session began."""

@@ -1,4 +1,8 @@
-"""Prepares a session before its first test (suites, checks, header, journal), and checks gates before and after."""
+"""Prepares a session before its first test: suites, checks, header, journal; and checks gates before and after.
+
+`plugin` registers the pytest plugin `Preparation` in the controlling process, and gives it and `SessionReporter` one
+`GateCheck`: it checks the gates' names before the first test, and judges the report at the end.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress: counts tests and updates the status line. Registered in the controlling process."""
+"""`Progress`: counts tests and draws the terminal's status line; `plugin` registers it in the controlling process."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ENOUGH = 2
 """Number of tests that must have ended before the remaining time is estimated."""
 
 PERIOD_S = 1.0
-"""The line is redrawn so often while no test begins or ends: the time left goes down."""
+"""Interval (s) at which the line is redrawn while no test begins or ends, as the time left goes down."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
-"""The interface to workers on other machines, which a feature provides as `REMOTE`, for everything that runs tests.
+"""The interface to workers on other machines: `remote` gives the `Remote` of the feature `cluster`, if there is one.
 
-Work is a line of text that goes to a process next to a worker, a `Service`; its answer is lines, too.
+Campaigns, the search and the closing loop connect to `Workers` by it, send them `WorkRequest`s, and get `Answer`s.
+A request is a line of text for a process next to a worker, a `Service`; its answer consists of lines, too.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Replaying: turns replay files into the session's tests, and compares each run with the one in its file.
+"""Replaying (`--hri-replay`): turns replay files into the session's tests, and compares each run with the recorded one.
 
-`TestRerunner` runs other tests for features, such as shrunk ones, and writes replay files of them.
+`Collection` reads the files with `read_replays`; `TestRunner` compares by `Provenance`; `Aggregation` writes the replay
+files of failing tests by `Failures`. Features run other tests, such as shrunk ones, by `TestRerunner`.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ FOLDER = "failures"
 """The folder of replay files in the folder of the report."""
 
 _DIGITS = 8
-"""Of a test's content in its id."""
+"""Number of hexadecimal digits, from the hash of a test's content, at the end of its id."""
 
 
 def _shorten(result: RequirementResult) -> RequirementResult:

@@ -1,4 +1,4 @@
-"""The plugin `SessionReporter` of the controlling process: runs features after the last test, writes the report."""
+"""`SessionReporter`: writes the report after the last test; `plugin` registers it in the controlling process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""`--hri-resume`: skips tests that an earlier session has finished, and reports their earlier results."""
+"""`--hri-resume`: skips tests that an earlier session has finished, and reports their earlier results.
+
+`plugin` registers `ResumeFilter`, which skips them, in every process; `Preparation` uses `ResultRestorer`, which puts
+the earlier results into their reports, in the controlling process.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
 
 DONE = "hricdv_done"
-"""The attribute of a report that tells that its test did not run again."""
+"""Name of the attribute that marks a `TestReport` whose test did not run again."""
 
 
 class ResumeFilter:

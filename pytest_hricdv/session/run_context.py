@@ -1,4 +1,8 @@
-"""`RunContext`, for all runs of a process: how they are judged, measured and recorded, by options and testbench."""
+"""`RunContext`: how all runs of a process are judged, measured and recorded, from the options and the testbench.
+
+`plugin` makes one per process from its `Collection`, and keeps it in `config.stash[CONTEXT]`. `TestRunner`, features
+and the processes that run tests for them read it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A process that runs tests for a cluster, one after the other, and sends each result as soon as it is known."""
+"""A process that runs tests for a campaign or a search, one after the other, and sends each result as soon as known.
+
+It gets `SessionArguments`, then any number of `RunBatch`es, and answers each `RunRequest` with a `RunReply`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plugin `TestRunner`: executes and measures each generated test, in the process that runs it."""
+"""`TestRunner`: executes and measures each generated test; `plugin` registers it in each process that runs tests."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """The terminal summary: why tests fail, one example in full, and the section of results.
 
-pytest shows each failure in full, fifty lines of each, and again in its short summary. Here causes come first, each
-with a line for each of its tests, and of violations only examples are shown in full, unless `-v` asks for all. Reports
-stay as they are for everybody else, as JUnit XML and editors.
+pytest alone shows each failure in full, some fifty lines, and again in its short summary. `ShownFailures` shows causes
+first, with a line for each test, and only examples of violations in full, unless `-v` asks for all; `SummarySection`
+prints the results. `plugin` registers both in the controlling process. pytest's reports, which JUnit XML and editors
+use, are not changed.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Finds the conftest file with the testbench if pytest would load it too late, and a physics engine that is installed.
 
 pytest loads the conftest files of the folders that it is started with, and all others while it collects. A testbench is
-needed before: the controlling process of xdist never collects, and the header has the number of tests.
+needed before: the controlling process of xdist never collects, and the header has the number of tests. So `plugin` asks
+`has_testbench`, and registers `WithoutTestbench` if there is none yet. `Collection` calls `on_installed_engine`.
 """
 
 from __future__ import annotations
