@@ -1,4 +1,4 @@
-"""Failures as GitHub annotations: one for each cause, at its location in the code."""
+"""Failures as GitHub annotations, one for each cause (`annotation_commands`); the plugin `Exporter` prints them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pytest_hricdv.report.violations import margin_unit, violation_line
 from pytest_hricdv.results.model import Report, TestResult
 
 MAX_ANNOTATIONS = 10
-"""GitHub shows ten of a kind per step."""
+"""Most annotations of a session: GitHub shows ten of a kind per step of a job."""
 
 Place = tuple[str, int]
 """A file, relative to the repository's root, and a line from 1."""

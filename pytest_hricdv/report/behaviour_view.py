@@ -1,4 +1,7 @@
-"""How a report shows changes of behaviour: lines for the terminal, a sentence, and a section of its page."""
+"""How a report shows changes of behaviour since the baseline, which `results.behaviour_diff` found.
+
+`brief_summary` and `terminal` print the `lines`, `markdown` has the `sentence`, and the page (`html`) the `examples`.
+"""
 
 from collections.abc import Iterator
 from typing import Any

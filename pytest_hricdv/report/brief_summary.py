@@ -1,6 +1,6 @@
 """The brief summary of a session, at most a screen: for each part a line with counts, then its first details.
 
-`terminal` prints it without `-v`; its full summary has the same lines on requirements.
+`terminal` prints these `brief_lines` without `-v`; its full summary has the same `requirement_lines`.
 """
 
 from __future__ import annotations

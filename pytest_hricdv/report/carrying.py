@@ -1,4 +1,4 @@
-"""Copies the files that reports refer to, such as replay files and films, into the folder of the merged report."""
+"""`FileCarrier`: copies the files of reports, such as films, into the merged one's folder (`hricdv report merge`)."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ REPLAYS = "failures"
 
 _REPLAY_SUFFIXES = (".json",)
 _MAX_BYTES = 2_000_000_000
-"""Greatest size of a file that is carried along; chosen: more than a film or a trace of an hour. A sparse file may have
-any size."""
+"""Greatest size of a file that is copied (bytes). Chosen: larger than a film or a trace of an hour. The limit is for
+sparse files, which may have any size."""
 
 
 @dataclass

@@ -1,12 +1,12 @@
-"""Coverage as Cobertura, LCOV and UCIS, which verification managers read and merge (Accellera UCIS 1.0, chapter 9).
+"""A report's coverage as text in formats of other tools: `cobertura`, `lcov`, and `ucis` for verification managers.
 
-coverage.py's own writers are not used: they know whether a line ran, not how many tests ran it; they analyse files on
-disk again, where a report is written from its own map and waivers, on any machine; and their XML has the time of day,
-although equal reports have to give equal files.
+`exports` writes the files; `sources_view` counts hits with `count_hits`. coverage.py's own writers are not used: they
+know whether a line ran, but not how many tests ran it; they need the files on disk, while a report has its own map and
+waivers; and their XML has the time of day, although equal reports have to give equal files.
 
-Each suite is an instance with its assertions (the requirements), a covergroup with a coverpoint for each agent's plans,
-and a covergroup for each cross product, in which impossible bins are ignored and those that must not be hit are
-illegal. The code under test is an instance of its own. Tests are history nodes.
+In UCIS (Accellera UCIS 1.0, chapter 9), each suite is an instance with its assertions (the requirements), a covergroup
+with a coverpoint for each agent's plans, and a covergroup for each cross product, in which impossible bins are ignored
+and those that must not be hit are illegal. The code under test is an instance of its own. Tests are history nodes.
 """
 
 from __future__ import annotations

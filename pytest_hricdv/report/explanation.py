@@ -1,4 +1,7 @@
-"""The text of a failing test, written for readers who do not know this tool, and the commands that rerun a test."""
+"""The text of a failing test for readers who do not know this tool (`failure`), and the commands that rerun a test.
+
+`TestRunner` gives the text to pytest; the terminal, the markdown and the page of a report show the commands.
+"""
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence

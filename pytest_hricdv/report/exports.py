@@ -1,4 +1,4 @@
-"""Writes files for other tools: coverage as Cobertura, LCOV and UCIS, and the summary in markdown."""
+"""`write_exports`, for `Exporter` and `hricdv report export`: writes coverage for other tools, and the markdown."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
 
 OF_CODE = ("cobertura", "lcov")
-"""Files that are about the code only: of code that was not measured they would say 0 %."""
+"""The formats with coverage of code only. They are not written if it was not measured, as they would say 0 %."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""A report on disk: `report.json` for machines and `index.html` for people, in one folder."""
+"""A report on disk: `report.json` for machines and `index.html` for people, in one folder.
+
+`Preparation` calls `prepare` before the first test; `SessionReporter` and the commands of `hricdv report` then `write`.
+"""
 
 import contextlib
 import errno
@@ -16,10 +19,10 @@ from pytest_hricdv.results.model import Report
 
 PAGE_NAME = "index.html"
 EARLIER = "earlier"
-"""The folder inside, to which the report of the session before is moved."""
+"""The folder inside the report folder to which the report of the session before is moved."""
 
 WHOLE = "whole"
-"""The folder inside that keeps the last report of whole suites, while a report of a part of them is in its place."""
+"""The folder inside it that keeps the last report of whole suites while the report of a part of them replaces it."""
 
 _MOVED = (PAGE_NAME, REPORT_NAME, FOLDER, JOURNAL_NAME)
 _OTHER_FOLDER = "choose another folder with --hri-report=DIR"

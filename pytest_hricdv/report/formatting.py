@@ -1,6 +1,7 @@
-"""Text for people: figures, names in natural order, and terminal lines that are measured in columns.
+"""Text for people: figures, names in natural order, and each terminal `Line`, measured in columns.
 
-The views' own words are ASCII, so that a terminal of any encoding shows them as they were measured.
+All views of a report, and those of features, use these functions. The views' own words are ASCII, so that they have
+the same width in a terminal of any encoding.
 """
 
 import re
@@ -17,10 +18,10 @@ Item = TypeVar("Item")
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 
 LABEL_COLUMNS = 20
-"""Width of the label that starts a line of the terminal; chosen: the names of most suites and agents fit."""
+"""Columns of the label that starts a terminal line; chosen: the names of most suites and agents fit."""
 
 _MAX_LINES = 3
-"""Most lines of a sentence in the summary; chosen: the report has the rest."""
+"""Most terminal lines of one sentence in the summary; longer ones are cut (chosen: the report has the rest)."""
 
 _ZERO_WIDTH = {"Mn", "Me"}
 

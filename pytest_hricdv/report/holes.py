@@ -1,6 +1,6 @@
 """Coverage holes, grouped by cause: a function, the plans of an agent, bins that share values, a requirement.
 
-A list of points says little, as many of them have one cause and are closed together: the largest come first.
+`hole_causes` lists them for the page (`html`), the largest group first; `totals` and `plot_data` read the holes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The HTML report: a self-contained page made from the report alone; a large report has additional files."""
+"""The HTML report: `page` makes a self-contained page from a report, which `report.files` writes as `index.html`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report
 
 EMBEDDED_BYTES = 1_200_000
-"""If the tests' details are larger, they are written to files next to the page, so that it opens fast."""
+"""Most characters of the tests' details in the page; beyond it, they are in files next to it, so that it opens fast."""
 
 
 def page(report: Report) -> tuple[str, dict[str, str]]:

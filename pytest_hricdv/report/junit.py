@@ -1,4 +1,4 @@
-"""A report as properties of JUnit XML, which CI services show: those of a test, and those of the session."""
+"""Properties of JUnit XML, which CI services show: of a test, for `TestRunner`, and of the session, for `Exporter`."""
 
 from collections.abc import Iterator
 

@@ -1,5 +1,4 @@
-"""The summary of a CI job in markdown. Texts from the report become neither markup, links nor mentions.
-
+"""`markdown`: the summary of a CI job, which `exports` writes. Text in a report becomes no markup, link or mention.
 GitHub and GitLab turn more than markup into links: bare addresses, `@team`, which notifies a team, and `#123`, which
 adds a note to an issue. Backslashes do not prevent this, since both search the rendered text; a zero-width space does.
 It is written as an entity, as dependency bots do in quotations.
@@ -21,7 +20,7 @@ from pytest_hricdv.report.violations import margin_text, margin_unit, order_fail
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_SECTION_BYTES = 2**20 // 7
-"""A seventh of GitHub's limit of 1 MiB, for six sections and their closing texts."""
+"""Most bytes of a section: a seventh of GitHub's limit of 1 MiB, for six sections and their closing texts."""
 
 _MAX_ROWS = 40
 """Number of tests listed for each cause."""

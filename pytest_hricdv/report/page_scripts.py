@@ -1,4 +1,4 @@
-"""The scripts and styles that the page embeds, of the core and of features, and the policy that forbids others."""
+"""The scripts and styles that `html` embeds in the page, of core and features, and the policy that forbids others."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _STYLES = ("theme", "layout", "parts", "views")
 
 
 def folder_of(part: str) -> Traversable:
-    """The folder `page` of a feature."""
+    """The folder `page` of a feature, by the feature's name."""
     return files("pytest_hricdv").joinpath("extra", part, "page")
 
 

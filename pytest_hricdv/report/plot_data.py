@@ -1,4 +1,4 @@
-"""Data of the page's plots: curves of suites, the smallest suite, and heat maps."""
+"""Data of the page's plots, for `html`: curves of suites, the smallest suite, and heat maps of cross products."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pytest_hricdv.report.holes import holes_of_all_suites
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 COLUMNS = 400
-"""Points of a curve: about the width of a plot in pixels on half a screen, so that thinning is invisible."""
+"""Most points of a curve: about the width of a plot (pixels) on half a screen, so that thinning is invisible."""
 Kind = Literal["statements", "branches", "plans"]
 KINDS: tuple[Kind, ...] = ("statements", "branches", "plans")
 _LEAST_CHANGE = 1e-12  # smaller changes are rounding errors and would only stretch a logarithmic axis
 
 Point = tuple[float, float]
 Places = Sequence[Mapping[str, int]]
-"""Bin -> number, for each coordinate."""
+"""For each coordinate of a cross product: bin -> its number."""
 
 
 def closure_curves(suite: SuiteResult) -> dict[str, list[Point]]:

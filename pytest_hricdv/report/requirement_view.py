@@ -1,4 +1,4 @@
-"""The view of a requirement on the page of the report: its state, verdicts, failures, margins and near misses."""
+"""`RequirementView`: what the page (`html`) and the sheet show of a requirement, such as its state and margins."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pytest_hricdv.report.violations import NO_TEXT, margin_unit
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
 
 SHOWN = 25
-"""Most failures, tight passes and near misses that are listed; the table of tests has the others."""
+"""Most failures, tight passes and near misses that are listed of each; the table of tests has the others."""
 _SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
-"""Widths of the bars of a histogram (s): round ones, so that people can read them off."""
+"""Widths that the bars of a histogram of times may have (s): round ones, so that people can read them off."""
 
 RequirementState = Literal["failed", "known to fail", "not checked", "not checked, as allowed", "pending", "passed"]
 
 STATES: tuple[RequirementState, ...] = get_args(RequirementState)
-"""The worst first."""
+"""The states of requirements, the worst first."""
 
 _STYLES: Mapping[RequirementState, str] = {
     "failed": "bad",

@@ -1,4 +1,4 @@
-"""Lines on a run in the text of a failing test: the actions of people around an instant, and what was logged."""
+"""Lines on a run in the text of a failing test (`explanation`): actions of people around an instant, and log lines."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pytest_hricdv._base.message import MAX_TEXT, cut, visible
 from pytest_hricdv.report.formatting import plural, seconds
 
 MAX_ACTIONS = 14
-"""Chosen, so that the text of a failure with its traceback is about a screen of a terminal; the report has all."""
+"""Most actions shown with `-v`. Chosen: the text of a failure with its traceback is about a screen of a terminal."""
 
 BRIEF_ACTIONS = 10
-"""Actions shown without `-v`, chosen: with causes and a line for each test, 20 failures fit on two screens."""
+"""Most actions shown without `-v`. Chosen: with causes and a line for each test, 20 failures fit on two screens."""
 
 
 def list_actions(actions: Sequence[str], name: str, who: str = "the human") -> Iterator[str]:

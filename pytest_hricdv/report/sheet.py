@@ -1,4 +1,4 @@
-"""The sign-off sheet: a few printed pages for the person who answers for a robot."""
+"""`sheet`: the sign-off sheet for the person who is responsible for a robot, a few printed pages, made by `html`."""
 
 from __future__ import annotations
 

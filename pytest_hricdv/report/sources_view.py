@@ -1,4 +1,4 @@
-"""The views of source texts on the page of the report: files under test and agents, line by line."""
+"""Source texts for the page (`html`), line by line with coverage: `code_sources` of code, `model_sources` of agents."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of a suite in words, for the terminal and the page: its coverage, and how it was generated."""
+"""`suite_figures`: a suite's coverage, and how it was generated, as labels and texts for `terminal` and `html`."""
 
 from __future__ import annotations
 

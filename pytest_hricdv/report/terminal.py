@@ -1,4 +1,4 @@
-"""The plugin's output in the terminal: the line in pytest's header, and the section at the end."""
+"""Terminal output of the plugin: the `header` line, for `Preparation`, and the `summary`, for `SummarySection`."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -29,7 +29,7 @@ from pytest_hricdv.report.suite_figures import suite_figures
 from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
-# Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
+# Most coverage gaps that are listed. Chosen: the summary of a suite is about a screen; the report has all.
 _MAX_GAPS = 8
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
 

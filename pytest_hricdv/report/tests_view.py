@@ -1,6 +1,7 @@
 """The tests on the page: an index with a short row for each, and the packed details of each.
 
-From the index the browser makes its tables, plots and searches; it unpacks details when the test's page is opened.
+`html` puts `index` and `packs` into the page. The browser makes its tables, plots and searches from the index, and
+unpacks the details of a test when the test's page is opened.
 """
 
 import base64
@@ -20,10 +21,10 @@ from pytest_hricdv.report.violations import margin_text, margin_unit, violation_
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
 TESTS_PER_PACK = 20
-"""Tests whose details are read at once: all details of the table's 134 tests take 611 kB with 5, 567 with 20, and 557
-with 50, but opening a test takes longer with more."""
+"""Tests whose details are compressed together, and unpacked at once: the details of 134 tests take 611 kB in packs of
+5 tests, 567 kB with 20, and 557 kB with 50, but a test opens more slowly in a larger pack."""
 MAX_LISTED = 20
-"""Violations of a requirement that the page of a test lists (chosen: a screen); there may be one an event."""
+"""Most violations of a requirement that the page of a test lists (chosen: a screen); each event may add one."""
 
 FOLDER = "details"
 """The folder next to the page that holds the packs of a large report."""

@@ -1,4 +1,4 @@
-"""Totals over a report, and coverage gaps: computed in one place, so that the views cannot disagree."""
+"""Totals over a report, such as `outcomes`, `requirement_rows` and `gaps`; all views take their figures from here."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,6 +1,7 @@
 """The verdict on a report in one line, and its violations grouped by situation.
 
-Known violations are never grouped with others: a reader must not mistake new ones for known ones.
+`html` and `hricdv report live` show the `verdict`. Known violations are never grouped with others: a reader must not
+mistake new ones for known ones.
 """
 
 from __future__ import annotations

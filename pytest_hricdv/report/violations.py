@@ -1,4 +1,4 @@
-"""Violations and margins in words, for all views: ordered by time, values with units and times."""
+"""Violations and margins in words, with units and times, for all views: `headline`, `violation_line`, `margin_text`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NO_TEXT = RequirementText(title="", source="", text="")
 """Stands for the text of a requirement that the report lacks."""
 
 _SAME_S = 0.0005
-"""Times closer than this are one moment: reports have milliseconds."""
+"""Times closer than this (s) count as equal, since reports give times in milliseconds."""
 
 
 def order_failures(test: TestResult, known_violations: Container[str] = ()) -> list[str]:

@@ -1,4 +1,4 @@
-"""Lists the waivers of a report: what is waived, why, until when, and whether it is still needed."""
+"""`list_waivers`: what a report waives, why, until when, and whether it is still needed, for `html` and the `sheet`."""
 
 from __future__ import annotations
 

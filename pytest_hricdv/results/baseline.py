@@ -1,4 +1,8 @@
-"""The baseline: what a run reached earlier, kept under version control to find what got worse."""
+"""The `Baseline`: the results of an earlier session, kept under version control to find what got worse.
+
+`GateCheck` and `hricdv report gate` read and write its file. `baseline_of` makes the baseline of a report, which
+`gate_check` and `behaviour_diff` compare with an earlier one.
+"""
 
 from __future__ import annotations
 
@@ -34,12 +38,12 @@ class BaselineError(InputError):
 class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     """The results of one suite: violating tests by requirement, tests in error or at fault, triggers, coverage.
 
-    A baseline that an older version wrote has none of the following.
+    A baseline that an older version of the plugin wrote has none of the fields with a default.
 
     Args:
-        seed: the suite was generated from.
+        seed: the seed that the suite was generated from.
         code_sha256: SHA-256 of the code under test.
-        environment: name -> version, of what a record can depend on besides code and testbench.
+        environment: name -> version of everything besides code and testbench that a record can depend on.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
         hash_seed: see `ReportOrigin`.
         causes: why tests fail, except known violations: id -> words; None if nobody looked for it.

@@ -1,7 +1,7 @@
-"""Records of a run's behaviour, in full and in short, and of its comparison with a baseline.
+"""Types of a run's behaviour, in full (`Timeline`) and in short (`Behaviour`), and of its `BehaviourChanges`.
 
-Runs are deterministic. So a difference between two records of one test has a cause: the code under test, the testbench,
-its world, or a library has changed.
+A report has a `Timeline` of each test, and a baseline a `Behaviour`; `behaviour_diff` compares them. Runs are
+deterministic: if two records of one test differ, the code under test, the testbench, its world or a library changed.
 """
 
 from __future__ import annotations

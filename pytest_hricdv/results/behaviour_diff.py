@@ -1,4 +1,8 @@
-"""Compares the behaviour of tests with a baseline: which ones differ, and the first difference of each."""
+"""Compares the behaviour of tests with a baseline: which tests differ, and the first difference of each.
+
+`GateCheck` and `hricdv report gate` call `compare_behaviour` before the gates are judged; mutation testing compares one
+test by `change_of`. Views show the `headline`.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Reports and results as JSON: one encoder, one decoder, and the canonical text of `report.json`.
+"""Reports and results as JSON: `encode` and `decode` for a test's result, `canonical` and `load` for `report.json`.
 
-A report that is read may have been edited or truncated: its parts have to agree.
+Processes of a session send results as such text; `report.files`, the commands of `hricdv report` and features read
+reports. A report may have been edited or truncated, so `check_report` checks that its parts agree.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from pytest_hricdv.results import journal
 from pytest_hricdv.results.model import SCHEMA, Report, TestResult
 
 _CODE_FILE = re.compile(r"(?!(?:.*/)?\.\./)[^\x00-\x1f\x7f]+\.(?:pyw?|pyc|pyd|so)\Z")
-"""The name of a file of Python. Other tools read the files that exported coverage names, and show what is in them."""
+"""The allowed names of Python files in a report: other tools read the files that exported coverage names."""
 
 
 def check_report(report: Report) -> None:

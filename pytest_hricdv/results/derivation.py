@@ -1,7 +1,7 @@
 """Derivation: everything in a report that follows from its declarations and its tests.
 
-The report of a session and a merged one are derived by the same function. So a merge is exact: it unites tests, and
-everything about suites and the whole is computed again.
+`report_builder` and `merging` derive the report of a session and a merged one by the same function, `derive`. So a
+merge is exact: it unites tests, and everything about suites and the whole is computed again.
 """
 
 from __future__ import annotations

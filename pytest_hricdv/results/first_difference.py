@@ -14,7 +14,7 @@ _ABSENT = object()
 
 
 _NEVER = sys.maxsize
-"""Farther than any message of a run."""
+"""A number of messages that is greater than that of any run."""
 
 
 class FirstDifference(NamedTuple):

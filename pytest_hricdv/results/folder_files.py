@@ -1,4 +1,4 @@
-"""Files in a report folder while a session runs: its lock (`FolderLock`), and the progress of the closing loop."""
+"""Files in a report folder while a session runs: `JournalKeeper`'s `FolderLock`, and the closing loop's progress."""
 
 from __future__ import annotations
 

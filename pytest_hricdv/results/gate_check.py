@@ -1,6 +1,7 @@
 """Checks a report against gates and a baseline, and lists what fails the session and what improved.
 
-Violations, errors, triggers and coverage are compared with the baseline.
+`GateCheck`, campaigns and `hricdv report gate` call `check_gates`. `compare` compares violations, errors, triggers and
+coverage with the baseline.
 """
 
 from __future__ import annotations

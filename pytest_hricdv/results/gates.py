@@ -1,4 +1,4 @@
-"""Gates: the coverage thresholds and exemptions that decide whether a session passes, as they are declared."""
+"""`Gates`: thresholds and exemptions that decide whether a session passes, as `session.options` reads them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KINDS = ("statements", "branches", "plans", "assertions", "cross")
 """Kinds of coverage that have a percentage."""
 
 MAX_SHARDS = 9_999
-"""Most parts that suites are run in: reports are asked which of them are missing. Chosen: a suite has fewer tests."""
+"""Greatest number of shards of a session, as a merge lists those that are missing. Chosen: a suite has fewer tests."""
 
 KNOWN = "REQUIREMENT [of CAUSE,...] [when CONDITION] [until YYYY-MM-DD]: reason"
 ALLOWED_UNTRIGGERED = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"

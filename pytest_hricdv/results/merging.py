@@ -1,4 +1,4 @@
-"""Merging reports: of shards of a suite, of other suites, of repeated runs.
+"""`merge`: unites reports of shards of a suite, of other suites, or of repeated runs, for `hricdv report merge`.
 
 A merge is a union of tests, and all that follows from the tests is computed again by `derive`. So it is commutative,
 associative and idempotent: the same reports give the same bytes, in any order and however often they are given.

@@ -35,7 +35,7 @@ SCHEMA: Final = "hricdv-report/3"
 SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
 """Files are named after suites."""
 Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
-"""As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
+"""The shard of a suite that was run, such as 2/3; at most `gates.MAX_SHARDS` shards; empty for the whole suite."""
 
 
 class ActionParameters(PlainRecord, frozen=True, kw_only=True):

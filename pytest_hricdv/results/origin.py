@@ -1,4 +1,4 @@
-"""The origin of a report: time, command and revision of the project, and how its suites were generated."""
+"""`ReportOrigin`: a report's time, command and revision, for `SessionReporter`; `GenerationResult`: of each suite."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class GenerationResult(PlainRecord, frozen=True, kw_only=True):
 
 
 _TIMEOUT_S = 10.0
-"""Time limit for git, which answers within milliseconds. Chosen: how long a session may wait for a repository that
-hangs."""
+"""Time limit for a call of git (s), which answers within milliseconds. Chosen: a session may wait this long for a
+repository that hangs."""
 
 RerunOption = Annotated[
     str,

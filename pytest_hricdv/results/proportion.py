@@ -1,4 +1,4 @@
-"""Shares of independent trials with their confidence intervals, for campaigns, diagnoses and studies."""
+"""`share`: a share of independent trials with its confidence `Interval`, for campaigns, diagnoses and studies."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 CONFIDENCE = 0.95
-"""The usual level in the literature, so that intervals can be compared with those of others."""
+"""Confidence level of the intervals: the usual one in the literature, so that others' intervals can be compared."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Replay files: a concrete test, with everything needed to repeat its run and to compare the result."""
+"""`Replay`: a concrete test with all that is needed to repeat its run, which `session.replaying` reads and writes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The report of a session: the result of each test, and the report of them all, at its end or from its journal."""
+"""The report of a session: `build_result` makes the result of a test, `assemble` the report of all, at the end.
+
+`TestRunner` calls the first in the process of a test. In the controlling process, `declare_report` makes the report
+before the first result, and `SessionReporter` assembles it; `rebuild` makes it from the journal of a session that died.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Keys of `report.json` that features add to the report or to each test.
+"""Keys of `report.json` that features add to the report (`Section`) or to each test (`TestSection`).
 
-The record types of `results.model` are extended with these keys when they are defined, so a feature's records are read,
-checked and written like all others. Only the feature knows their types: it reads and sets them through its section.
+`results.model` extends its record types with these keys, so a feature's records are read, checked and written like all
+others. Only the feature knows their types: it reads and sets them through its section. `shares` are its percentages.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The timeline of a run: messages, signals and triggers of monitors, as short text.
 
-The page draws it, and baselines compare it. A record holds thousands of changes of each signal; what a picture can show
-of them is kept, extremes included.
+`report_builder` adds the `timeline` to each result; the page draws it, and baselines compare it. A record holds
+thousands of changes of each signal: only what a picture can show is kept, including extremes.
 """
 
 from __future__ import annotations
