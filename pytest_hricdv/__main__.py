@@ -21,7 +21,7 @@ from pytest_hricdv.skeleton.skeleton import add_commands
 
 
 class CommandGroup(NamedTuple):
-    """A command of another module, which is imported only when the command is used.
+    """A command in another module, which is imported only when the command is used.
 
     Args:
         purpose: for `--help`.

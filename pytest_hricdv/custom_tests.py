@@ -1,4 +1,4 @@
-"""The fixture `hri_run`, for tests written by hand: runs an abstract test given as text, and returns its result."""
+"""`HriRun`: the value of the fixture `hri_run` (`plugin`), by which tests written by hand run an abstract test."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 __all__ = ["CaseResult", "HriCase", "HriRun"]
 
 SUITE = "handmade"
-"""The suite that such a test is of, where a name is needed."""
+"""The name of the suite in ids and results of tests that are run by `hri_run`."""
 
 
 class HriRun:

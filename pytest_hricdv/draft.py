@@ -1,4 +1,4 @@
-"""What testbenches drafted by `hricdv init --from` import: drivers, and stand-ins around the code under test."""
+"""The names that testbenches drafted by `hricdv init --from` import: drivers and stand-ins (of `extra.draft`)."""
 
 from pytest_hricdv.extra.draft.stand_ins.channels import BusPort, InboxPort, OutboxPort
 from pytest_hricdv.extra.draft.stand_ins.connections import ConnectionPort

@@ -1,4 +1,7 @@
-"""The plugin: options and hooks. Hooks delegate; nothing heavy is imported unless a suite is active."""
+"""The pytest plugin: its hooks add options, register the objects of `session`, and define `hri_case` and `hri_run`.
+
+pytest loads this module in every session, so it imports nothing heavy unless a suite is active.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Run`, the argument of the testbench's `run`: one run of one concrete test."""
+"""`Run`: one run of one concrete test, which `execution.case` makes and gives to the testbench's function `run`."""
 
 from __future__ import annotations
 

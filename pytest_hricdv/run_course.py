@@ -1,6 +1,6 @@
 """`RunCourse`: runs the nodes of a run to its time limit, then on to the deadlines of monitors that are open.
 
-Used by `Run.go`. `Ending` says how and when the run ended.
+`Run.go` calls `RunCourse.run`, which returns an `Ending`: how and when the run ended.
 """
 
 from __future__ import annotations

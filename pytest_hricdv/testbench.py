@@ -1,4 +1,4 @@
-"""`Testbench`, which a user supplies: what to generate, how to run it, and what must hold."""
+"""`Testbench`: what a project gives to the plugin in `pytest_hricdv_testbench`: what to generate, run and require."""
 
 from __future__ import annotations
 

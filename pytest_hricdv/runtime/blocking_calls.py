@@ -1,4 +1,4 @@
-"""Error messages (`real_wait`) for code that waits in real time: the line, the call, how to wait in virtual time."""
+"""`real_wait`: the error message for code that waits in real time: its line, the call, how to wait in virtual time."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ KINDS = {
     THREADING: "threading, queue and the thread pool of concurrent.futures",
     ASYNCIO: "asyncio",
 }
-"""Value of `VirtualTime.apis` -> the modules that it covers."""
+"""Value of a testbench's `VirtualTime.apis` -> the modules of Python's library that it makes virtual, in words."""
 
 
 HAS_TERMINALS = all(find_spec(name) is not None for name in ("fcntl", "termios"))
-"""This system has POSIX terminals, which nodes can be given; Windows has none."""
+"""Whether this system has POSIX terminals, which a run can give to nodes; Windows has none."""
 
 
 def virtual_time(needed: Collection[str], virtual: Collection[str]) -> str:
@@ -44,8 +44,8 @@ _KIND_OF = {
     "concurrent": THREADING,
     "asyncio": ASYNCIO,
 }
-"""Module of Python's library, its package -> the kind of waiting that it is. Others wait for processes, machines,
-signals or people: no kind of virtual time is for these."""
+"""Module or package of Python's library -> the kind of waiting that its functions do. All other modules wait for
+processes, machines, signals or people, which `VirtualTime.apis` does not cover."""
 
 _UNKNOWN = object()
 

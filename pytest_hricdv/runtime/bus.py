@@ -1,7 +1,7 @@
 """A typed message bus in virtual time.
 
-The class of a message is its topic, so that types are checked. Nodes publish and subscribe with a `NodeBus`, their end
-of the run's `Bus`.
+A run has one `Bus` (`Run.bus`), which records each message. A node publishes and subscribes through its own `NodeBus`;
+a `Subscription` is its queue of messages. The class of a message is its topic, so that types are checked.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Subscription(Generic[M]):
         self._queue: deque[M] = deque()
         self._waiting: Node | None = None
         self.has_outside = False
-        """It had a message that is not of the code under test."""
+        """Whether the queue ever had a message that the code under test did not send."""
 
     def poll(self) -> M | None:
         """The oldest message not yet taken, or None; never blocks. `Kernel.count_poll` detects endless polling."""

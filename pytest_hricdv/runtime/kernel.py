@@ -1,8 +1,8 @@
-"""Virtual time: blocking nodes as greenlets, resumed in the order of their due times.
+"""Virtual time: the `Kernel` of a run resumes its nodes, which are greenlets, in the order of their due times.
 
 A `Node` is ordinary blocking Python. When it sleeps or waits, control returns to the `Kernel`, which advances the world
 to the next due time and resumes the nodes that are due then. Nothing runs in parallel and nothing reads a wall clock,
-so a run is a pure function of its inputs.
+so a run depends only on its inputs. `Run`, the bus and `runtime.virtual` make nodes wait by the kernel.
 
 Time is counted in whole microseconds, so sums of durations are exact, and nodes that are due at the same time stay so.
 Nodes that are due at the same time are resumed in the order in which they began to wait.
@@ -30,21 +30,21 @@ from pytest_hricdv.runtime.timeouts import PRUNE_AT, Timeouts
 from pytest_hricdv.runtime.world import World, advance_world
 
 US_PER_S = 1_000_000
-"""A day of microseconds is far from 2**53, so that `now_s` distinguishes all of them."""
+"""Microseconds per second. A day has far fewer than 2**53, so the float `now_s` distinguishes all of them."""
 
 POLLS = 100
-"""Polls at one instant, after which time passes where polls take some."""
+"""Polls of a subscription at one instant after which time passes, in runs in which a poll takes time."""
 
 BUSY_READS, READS_A_MS = 1_000, 100
-"""A loop that reads a clock so often at one instant waits for it. From then on a read takes 10 us, as a step of a loop
-in Python does on a small computer of a robot, and the loop ends to a millisecond when it should."""
+"""A loop that reads a clock 1,000 times at one instant waits for time to pass. From then on, 100 reads take 1 ms of
+simulated time, as a loop in Python takes on a robot's small computer: so the loop ends within 1 ms of its due time."""
 
 READS_A_LOOK = 100
-"""Reads of a clock that take as long as a look at all that `rclpy` waits for, which finds nothing: about 1 ms there."""
+"""Number of clock reads that take as long (1 ms) as `rclpy` takes to check all that it waits for and find nothing."""
 
 MAX_STEPS = 5_000
-"""Steps of a node, from one wait to the next, in 0.02 s of simulated time: a loop of 250 kHz, 25 times as fast as that
-of the fastest controllers."""
+"""Most steps of a node, from one wait to the next, in 0.02 s of simulated time: this is a loop of 250 kHz, 25 times as
+fast as the loops of the fastest controllers."""
 
 _COUNTED_US = US_PER_S // 50
 

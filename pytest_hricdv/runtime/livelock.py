@@ -1,6 +1,6 @@
 """Detects livelocks (`RepetitionDetector`): a run repeats the same messages, and nothing new happens for a long time.
 
-Code that repeats an announcement or a reading would keep a run going to its time limit, which may be far away. *New* is
+`RunCourse` ends such a run, which would otherwise go on to its time limit, and reports the `Cycle`. *New* is
 a message, or a pair of successive messages of one sender, that has not occurred before, apart from its numbers; an
 action; another value of a string signal; a numeric signal outside of its previous range. So a robot that crosses a
 room, a battery that runs down, or a wait until a certain time is not a livelock.
@@ -20,7 +20,7 @@ from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.record import RecordedMessage, Recorder
 
 LOOKS_EACH_S = 10.0
-"""Period of the checks (s of simulated time), which take 1 % of the time of a run."""
+"""Interval of the checks (s of simulated time), which take 1 % of the processor time of a run."""
 
 NOTHING_NEW_S = 180.0
 """A run is a livelock if nothing was new for this long (s of simulated time). People and robots of the repository's two
@@ -30,7 +30,8 @@ REPEATS = 5
 """Least number of occurrences of a cycle (chosen)."""
 
 _RANGE = 0.1
-"""A number is new if it exceeds the range of its signal by this share (chosen), which noise does ever more rarely."""
+"""A number is new if it lies outside of its signal's range so far by more than this share of that range (chosen). Noise
+does so ever more rarely."""
 
 _DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # but not those in names, such as `Timeout1`
 

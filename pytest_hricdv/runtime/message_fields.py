@@ -1,4 +1,7 @@
-"""The fields of message classes; and messages as the record has them, as flat mappings of names such as "place.x_m"."""
+"""The fields of message classes (`fields_of`), and a message's fields for the record (`record_fields`), as a flat dict.
+
+The bus records each message so, with names such as `place.x_m`; `testbench_faults` checks message classes.
+"""
 
 from __future__ import annotations
 

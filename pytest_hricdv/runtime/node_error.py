@@ -1,8 +1,8 @@
-"""Errors of a run in virtual time, as opposed to the exceptions by which pytest ends a test (skip, fail, exit).
+"""Errors of a run in virtual time: `KernelError` and `NodeError`, which the kernel and `runtime.virtual` raise.
 
-`pytest.skip`, `pytest.xfail`, `pytest.exit` and `unittest.SkipTest` are exceptions. Raised by the code under
-test, its world or a handler, they would end a test as if its author had said so: without a verdict, and without a
-failure. They are known by their names: nothing here may depend on pytest, which the code may replace in parts.
+`pytest.skip`, `pytest.xfail`, `pytest.exit` and `unittest.SkipTest` are exceptions, too. If the code under test, its
+world or a handler raised them, they would end a test as if its author had asked for it: without verdict or failure. So
+`word_of` recognizes them, by name: nothing here may depend on pytest, parts of which the code may replace.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class KernelError(Exception):
 
 
 class TerminalInterrupt(KeyboardInterrupt):
-    """Somebody in a run has pressed ctrl-c: what is raised in the code that has this terminal, and ends it at most."""
+    """Raised in the code that has a simulated terminal when ctrl-c is pressed in it; ends at most that code."""
 
 
 class NodeError(KernelError):

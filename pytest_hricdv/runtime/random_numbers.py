@@ -1,9 +1,10 @@
 """Random numbers in a run (`seed_run`): unseeded generators are seeded from the test.
 
-This holds for Python's and numpy's global generators, and for where unseeded generators take their seeds from:
+`execution.case` executes each run within `seed_run`. It seeds Python's and numpy's global generators, and what unseeded
+generators take their seeds from:
 `os.urandom` (`secrets`, `uuid4`, `SystemRandom`, names of temporary files, `numpy.random.default_rng()`) and
-`random.Random()`. Unlike time, these are the same for everybody in a run: testbench and world have to repeat as well.
-When the run is over, however it ends, all of them are as they were before.
+`random.Random()`. Unlike virtual time, this also applies to testbench and world, which have to repeat as well. When the
+run is over, however it ends, all generators are as they were before.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""The record of a run: messages, changes of signals, and disturbances, with their times and a hash.
+"""The `Record` of a run: messages, changes of signals, and disturbances, with their times and a hash.
 
-Its values are Python's own bools, numbers and strings, also if a library such as numpy computed them.
+The run's `Recorder` makes it: the bus gives it messages, and it passes each event to its `Listener`s, the monitors. Its
+values are Python's own bools, numbers and strings, also if a library such as numpy computed them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Redirects functions such as `time.sleep` to others in place, so that it affects every reference to them.
 
-A `Redirection` is installed during a run, for clocks, blocking calls and random numbers. A function in Python gets
-another code object. A function in C refers to its definition and to its module, as CPython lays them out: here, they
-become the definition of `PyObject_Call`, and an object that can be called.
+`runtime.virtual` and `random_numbers` install a `Redirection` during a run, for clocks, blocking calls and random
+numbers; `original` gives a function that stays as it is. A function in Python gets another code object. In a function
+in C, the pointers to its definition and module are replaced by `PyObject_Call` and a callable (CPython's layout).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Finds the line of a stack that is not in a library or in this plugin, as `file:line`, for messages about runs."""
+"""`place_of`: the line of a stack that is in the project's own code, as `file:line`, for error messages about runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ UNKNOWN = "an unknown place"
 
 
 def place_of(frame: FrameType | None) -> str:
-    """Line of the innermost function that is its author's, `file:line` (see `authors_frame`).
+    """`file:line` of the innermost function that is in neither a library nor this plugin (see `authors_frame`).
 
     In an event loop between two tasks, it is that of a task that is ready to run, and not where the loop was started.
     In a thread that runs a function of a library, it is that which started the thread, or gave the call to its pool.

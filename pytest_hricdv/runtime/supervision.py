@@ -1,4 +1,4 @@
-"""`Supervision`, for the kernel: limits on processor time and real time of a run, and the errors if it exceeds them."""
+"""`Supervision`: limits the processor time and real time of a run for its `Kernel`; beyond them, the run fails."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from pytest_hricdv.runtime.watchdog import Hang, Watch, WatchState
 US_PER_S = 1_000_000
 
 STUCK_AFTER_S = 8.0
-"""A node hangs if no simulated time passes for this processor time of its thread (s): four times what motion planning
-takes. With the ticks of the watchdog, it is ended within 10 s."""
+"""A node hangs if it uses this much processor time (s) while no simulated time passes: four times what motion planning
+takes. The watchdog looks at intervals, so the node is ended within 10 s."""
 
 CRAWLS = 7.5
-"""Limit for a second of simulated time, in multiples of `STUCK_AFTER_S`: a minute of processor time. Physics that is
-rendered thirty times a second takes ten seconds."""
+"""Limit of processor time for a second of simulated time, in multiples of `STUCK_AFTER_S`: a minute. Physics that is
+rendered thirty times per simulated second takes ten seconds of it."""
 
 NODE_WAITS_S = 0.5
 """How long nodes may wait in real time (s; chosen). Virtual time needs no such waits: this is for locks of libraries

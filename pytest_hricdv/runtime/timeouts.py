@@ -1,4 +1,4 @@
-"""The queue of time-outs of the kernel: when the waits of nodes end, in the order in which they are due."""
+"""`Timeouts`: the queue from which the `Kernel` takes nodes whose waits time out, in the order of their due times."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Generic, Protocol, TypeVar
 
 PRUNE_AT = 1024
-"""With fewer, ended waits are not pruned: they take some 100 kB (asyncio prunes from 100 timers on)."""
+"""Number of entries from which ended waits are removed; fewer take some 100 kB (asyncio prunes from 100 timers on)."""
 
 
 class Waiter(Protocol):

@@ -1,8 +1,9 @@
 """The watchdog: a thread that observes the code of a run, and interrupts what keeps simulated time from advancing.
 
-Such code works without end, or waits in real time for what is not simulated. A thread, and no timer of the system: the
-alarm signal may belong to somebody else, as to pytest-timeout, and a timer of processor time does not notice who waits.
-Such a timer only lets the thread look where a function in C, such as a search of `re`, keeps Python's lock.
+Such code works without end, or waits in real time for what is not simulated. `Supervision` has one `Watch` per run,
+which reports a `Hang`. It is a thread because a system timer would not do: the alarm signal may be in use, as by
+pytest-timeout, and a timer of processor time does not notice waiting code. Such a timer only lets the thread look while
+a function in C, such as a search of `re`, keeps Python's lock.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ resource: ModuleType | None = None
 with contextlib.suppress(ImportError):  # Windows has none, and no signals that interrupt either
     import resource
 
-# As they are now: the code under test may replace them for the whole process, and by a clock that stands still nobody
-# waits.
+# The original functions: the code under test may replace them in the whole process, for instance by a clock that stands
+# still.
 _monotonic, _process_time = time.monotonic, time.process_time
 _HANDLE, _SET_DEPTH = signal.signal, sys.setrecursionlimit  # refused in runs
 _SET_TIMER = getattr(signal, "setitimer", None)
@@ -37,7 +38,7 @@ _PID, _WRITE, _EXIT = os.getpid, os.write, original(os._exit)
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _ROOM = 100
-"""Calls for which there is room to interrupt code that recurs without end (chosen: it takes some ten)."""
+"""Depth of calls added to the recursion limit to interrupt endless recursion (chosen: some ten are needed)."""
 _clock_gettime: Callable[[int], float] = getattr(time, "clock_gettime", lambda clock: time.process_time())
 
 _HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")

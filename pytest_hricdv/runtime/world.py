@@ -1,4 +1,4 @@
-"""The interface of simulated worlds, which advance while the nodes wait; and shapes in a world, for viewers."""
+"""`World`: the interface of simulated worlds, which the `Kernel` advances while nodes wait; `Body`: a shape to view."""
 
 from __future__ import annotations
 
