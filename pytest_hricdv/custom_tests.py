@@ -48,7 +48,7 @@ class HriRun:
     ...     ''', sensing_timeout_s=12.0)
     ...     assert result.verdict("R4").verdict == "Passed"
 
-    No suite needs to be active. What is run this way is not in the report, and is measured by `--cov` only.
+    No suite needs to be active. Its runs are not in the report, and their coverage is measured by `--cov` only.
     """
 
     def __init__(self, context: RunContext, item: pytest.Item) -> None:

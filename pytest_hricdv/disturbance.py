@@ -1,7 +1,8 @@
 """Disturbances: what can go wrong in the world or at a port, beyond what the published methods generate.
 
-A testbench declares them by name. A test has the line `disturb NAME` where one happens: it takes no time, and is
-applied when the person comes to that line. The suites bdi-random, rl, by-hand and pseudorandom never have such a line.
+A testbench declares them by name, as a `Disturbance`, `Delay`, `Drop` or `Duplicate`. A test has the line
+`disturb NAME` where one happens: when the person comes to that line, `Run` applies it, and no time passes. The suites
+bdi-random, rl, by-hand and pseudorandom never have such a line.
 
 >>> from pytest_hricdv.generate.sampler import Uniform
 >>> late = Delay("request", delay_s=Uniform(0.5, 2.0, "s"))

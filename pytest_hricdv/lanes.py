@@ -1,6 +1,6 @@
 """`Lanes`: hands the actions of each actor of a run to the node that enacts them, in the order that the test asks for.
 
-`Run.actions` uses it. `Turns` blocks a node until its next action may begin.
+`Run.actions` uses it, with `Turns`, which block an actor's node until its next action may begin.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from pytest_hricdv.runtime.kernel import Node
 class Turns:
     """The turns of actors: they decide which actions may begin.
 
-    An action may begin when those that caused it are done, and all that precede it in the order have begun. Its actor
-    waits only a while for the latter: an actor that comes first may be busy until this action has begun.
+    An action may begin when those that caused it are done, and all that precede it in the order have begun. The second
+    condition has a time limit: the actor of a preceding action may itself be busy until this action has begun.
 
     Args:
         actors: who does each action.

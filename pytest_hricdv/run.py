@@ -36,11 +36,11 @@ class TestbenchError(InputError):
 
 
 class UnstartableError(TestbenchError):
-    """The testbench's run cannot start, in no test of the session: what it needs is not there."""
+    """The testbench's `run` can start in no test of the session, since something that it needs is missing."""
 
 
 class Actions(Protocol):
-    """Produces the actions of a run, each when the person asks for it; called in the person's node."""
+    """Produces the actions of a run, each when the node of the person asks for it; called in this node."""
 
     def __call__(self, run: Run, actor: str, /) -> Iterator[ConcreteAction]:
         """The actions of an actor; of the only one, an empty name."""

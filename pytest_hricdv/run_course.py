@@ -21,7 +21,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 class Ending:
     """How a run ended, and when (s of simulated time): "stopped", "limit", "idle", "cycle", "failed" (with the error).
 
-    `cycle` is what it repeated, without anything new, where it did so up to its end.
+    `cycle` is set if the run repeated the same messages up to its end.
     """
 
     how: str
@@ -41,8 +41,7 @@ class RunCourse:
     Args:
         actions: the number of actions that have begun.
         senders: the senders of messages -> whether it is the code under test.
-        may_go_round: whether it may repeat the same for as long as it likes; otherwise it is ended (see
-            `runtime.livelock`).
+        may_go_round: whether the run may repeat itself without limit; otherwise it is ended (see `runtime.livelock`).
     """
 
     kernel: Kernel

@@ -1,4 +1,4 @@
-"""`check_testbench`: checks types, names and ranges of a testbench when a session begins; raises the first error."""
+"""`check_testbench`, for `Collection`: checks a testbench's types, names and ranges, and raises the first error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Groups of optional fields of a `Testbench`, such as `VirtualTime`, as frozen dataclasses with defaults."""
+"""Types of optional fields of a `Testbench`, such as `VirtualTime` and `People`: frozen dataclasses with defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`FailingTests`: the failing tests of a report by cause, a line for each, as the terminal and CI formats show them."""
+"""`FailingTests`: a report's failing tests by cause, for `terminal_summary`, `markdown` and `annotations`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pytest_hricdv.report.violations import is_known, order_failures
 from pytest_hricdv.results.model import Report, TestResult
 
 MAX_CAUSES = 5
-"""Number of causes shown, and of tests without a cause, unless all are asked for: a screenful."""
+"""Most causes shown, and most tests without a cause, unless all are asked for (chosen: a screen)."""
 
 _GAP = "  "
 

@@ -1,6 +1,7 @@
 """Coverage holes, grouped by cause: a function, the plans of an agent, bins that share values, a requirement.
 
-`hole_causes` lists them for the page (`html`), the largest group first; `totals` and `plot_data` read the holes.
+`hole_causes` lists them for the page (`html`), those with most points of each kind first. `totals` and `plot_data` take
+the holes of cross products from here.
 """
 
 from __future__ import annotations

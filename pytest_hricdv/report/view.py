@@ -1,4 +1,7 @@
-"""`View`, by which a feature shows its part of a report: terminal, page, formats of CI services; and its commands."""
+"""`View`: by it, a feature shows its part of a report in the terminal, on the page and in formats of CI services.
+
+The core's views call each of `views`; `report.__main__` adds the `ReportCommand`s of features to `hricdv report`.
+"""
 
 from __future__ import annotations
 

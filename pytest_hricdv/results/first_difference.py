@@ -18,7 +18,7 @@ _NEVER = sys.maxsize
 
 
 class FirstDifference(NamedTuple):
-    """The first difference of two runs: its kind, without times and numbers, and all of it as text.
+    """The first difference of two runs: its kind, without times and numbers, and the whole difference as text.
 
     `time_s` (s) and `topic` are of the message that differs; None and empty if all messages are the same.
     """

@@ -1,9 +1,10 @@
 """The journal of a session: an append-only file with its identity and each result, written at once.
 
-A record is a line: the CRC-32 of its JSON text, the length of this text in bytes, and the text. A line is appended by
-one write, so the death of the process at any moment costs at most the line that it was writing, which a reader
-recognizes. Nothing is flushed to the disk: after a power failure the last lines may be missing or torn, and the tests
-they were of run again.
+`JournalKeeper` appends records by a `JournalWriter`; `read` gives a `Journal`, for `--hri-resume` and
+`hricdv report rebuild`. A record is a line: the CRC-32 of its JSON text, its length in bytes, and the text. It is
+appended by one write, so the death of the process at any moment costs at most the line that it was writing, which a
+reader recognizes. Nothing is flushed to the disk: after a power failure the last lines may be missing or torn, and
+their tests run again.
 
 SQLite with a write-ahead log would recover as well. It was not chosen because there is one writer and no query, because
 its log needs shared memory and locks that network file systems lack, and because a report folder is copied as an

@@ -1,7 +1,7 @@
 """The `Record` of a run: messages, changes of signals, and disturbances, with their times and a hash.
 
-The run's `Recorder` makes it: the bus gives it messages, and it passes each event to its `Listener`s, the monitors. Its
-values are Python's own bools, numbers and strings, also if a library such as numpy computed them.
+The run's `Recorder` makes it: it gets messages from the bus, and passes messages and signals to its `Listener`s, the
+monitors. Values are Python's own bools, numbers and strings, also if a library such as numpy computed them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Protocol
 from pytest_hricdv._base import own_json as json
 
 Value = float | bool | int | str
-"""A value in a record."""
+"""The type of a message's field or a signal's value in a record."""
 
 _PLAIN = (bool, int, float, str)
 
@@ -40,7 +40,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 class Listener(Protocol):
-    """Receives each event during the run; the monitors are listeners."""
+    """Receives each message and change of a signal during the run, from the `Recorder`; the monitors are listeners."""
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
 

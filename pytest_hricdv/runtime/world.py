@@ -19,7 +19,7 @@ class Body:
 
     Args:
         name: the same as long as it is the same body.
-        shape: a cylinder is one along its z axis.
+        shape: the axis of a cylinder is its own z axis.
         size_m: its extents along its own axes (m).
         position_m: the position of its middle, in the world (m).
         rotation: from its own axes to the world's, a unit quaternion (x, y, z, w).

@@ -52,7 +52,7 @@ class CaughtWarning:
 
 @dataclass(frozen=True)
 class CallResult:
-    """The message of a process after the call of a test.
+    """The message that a process sends after the call of a test.
 
     Args:
         report: the report of the call, as pytest sends reports; None if there is none.

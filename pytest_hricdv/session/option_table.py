@@ -1,4 +1,4 @@
-"""The options of the group `hri` and their ini keys, as pytest shows them with `--help`."""
+"""The options of the group `hri` and their ini keys, which `plugin` adds to pytest by `add_options`."""
 
 from __future__ import annotations
 

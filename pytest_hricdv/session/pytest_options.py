@@ -1,4 +1,4 @@
-"""What options of pytest and disabled plugins change in a session with generated tests, and which are refused."""
+"""How a session with generated tests adapts to pytest's options and disabled plugins, and which options it refuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The suites of a session: generated once, kept in pytest's cache, and sent to xdist workers as text."""
+"""The suites of a session: `Collection` gets them from `select_suites`, and sends them to xdist workers as text."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pytest_hricdv.session.options import MAX_TESTS, Options
 from pytest_hricdv.testbench import Testbench
 
 CACHE_FOLDER = "hricdv"
-"""The folder of suites in pytest's cache."""
+"""The folder in pytest's cache that keeps generated suites."""
 
 
 def _method_suites(suites: str) -> str:
@@ -49,7 +49,7 @@ def select_suites(
         root: the folder that paths of suites are relative to.
         cache: `config.cache`, or None if the cache plugin is off.
         say: receives messages.
-        wait: what is told of something that may take long how far it is.
+        wait: receives the title of a step that may take long; returns a function that receives its progress.
 
     Raises:
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.

@@ -26,7 +26,7 @@ from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.reporting import SessionReporter
 
 ALL_FROM_VERBOSITY = 2
-"""With -vv, each test has its traceback."""
+"""pytest's verbosity from which each failing test is shown with its traceback (`-vv`)."""
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _VIOLATED = re.compile(r"^(?:E +)?(?P<name>\S+) Failed(?=[:\n]|$)", re.MULTILINE)

@@ -23,10 +23,7 @@ from pytest_hricdv.testbench import Testbench
 def on_installed_engine(testbench: Testbench) -> Testbench:
     """The testbench with its first physics engine that is installed.
 
-    Where none is installed it is the first one: what to install is said when it is imported.
-
-    Args:
-        testbench: any, also one without engines.
+    If none is installed, it is the first one: its import then fails with a message on what to install.
     """
     names = tuple(testbench.simulation.engines)
     if not names:
