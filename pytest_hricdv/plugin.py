@@ -1,4 +1,4 @@
-"""The pytest plugin: its hooks add options, register the objects of `session`, and define `hri_case` and `hri_run`.
+"""The pytest plugin: hooks that add options and register the objects of `session`; fixtures `hri_case` and `hri_run`.
 
 pytest loads this module in every session, so it imports nothing heavy unless a suite is active.
 """

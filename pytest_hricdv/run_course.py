@@ -1,6 +1,6 @@
 """`RunCourse`: runs the nodes of a run to its time limit, then on to the deadlines of monitors that are open.
 
-`Run.go` calls `RunCourse.run`, which returns an `Ending`: how and when the run ended.
+`Run.go` calls `RunCourse.run`, which returns the kernel's reason for the end, and an `Ending`: how and when it ended.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Keys of `report.json` that features add to the report (`Section`) or to each test (`TestSection`).
 
 `results.model` extends its record types with these keys, so a feature's records are read, checked and written like all
-others. Only the feature knows their types: it reads and sets them through its section. `shares` are its percentages.
+others. Only the feature knows their types: it reads and sets them through its section.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`LearningOptions`, for `read_options`: how the suite `rl` is learned. They override the testbench's settings."""
+"""`LearningOptions`, for `read_options`: options of learning the suite `rl`, which override the testbench's."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 pytest alone shows each failure in full, some fifty lines, and again in its short summary. `ShownFailures` shows causes
 first, with a line for each test, and only examples of violations in full, unless `-v` asks for all; `SummarySection`
-prints the results. `plugin` registers both in the controlling process. pytest's reports, which JUnit XML and editors
-use, are not changed.
+prints the results. `plugin` registers both in the controlling process. JUnit XML and editors still get full reports.
 """
 
 from __future__ import annotations
