@@ -1,8 +1,8 @@
 """`SeparateProcess`: a subprocess that receives lines and answers in lines.
 
-`start_process` starts one, for mutants, audits, closing loops and workers of a cluster. It does not fork: forking is
-unsafe with threads, which processes of xdist and of a cluster have, and code under test that is to be mutated must not
-have been imported yet. The child side is `session.child_process`.
+`start_process` starts one, for mutants, audits, closing loops, workers of a cluster and others. It does not fork:
+forking is unsafe with threads, which processes of xdist and of a cluster have, and code under test that is to be
+mutated must not have been imported yet. The child side is `session.child_process`.
 """
 
 from __future__ import annotations

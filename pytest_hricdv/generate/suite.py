@@ -1,6 +1,7 @@
 """`Suite`: the tests that a method generated, as plain data for caches and worker processes; and its diagnosis.
 
-`session.suites` keeps suites in pytest's cache and sends them to workers; `diagnose` measures how varied the tests are.
+`session.suites` keeps suites in pytest's cache and sends them to workers. `diagnose` measures how varied the tests are,
+for the report, and for a warning of `generate.methods`.
 """
 
 from __future__ import annotations

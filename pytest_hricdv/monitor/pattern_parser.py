@@ -1,6 +1,7 @@
-"""`RequirementParser` parses formulas, and patterns such as `response(on(request), on(leg_ready), within_s=30)`.
+"""Parses patterns such as `response(on(request), on(leg_ready), within_s=30)`: arguments are conditions and numbers.
 
-`load_requirements` uses it. The arguments of a pattern are conditions and numbers. Imports lark, as `parser` does.
+`parse_pattern` does so for one text. `RequirementParser` parses formulas, too: the functions of `loading` use it, and
+import it late, since it needs lark.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """`Repeater`: reruns tests in fresh processes for the audit, and returns their results.
 
-`Auditor` and `CauseSearch` use it; a `Start` says under which conditions a process starts.
+`Auditor` and `CauseSearch` use it. A `Start` says how a process starts: with which tests, and with which environment
+and import path (`Begin`).
 """
 
 from __future__ import annotations

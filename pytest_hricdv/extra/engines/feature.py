@@ -1,6 +1,8 @@
-"""`EnginesFeature`: the choice of the physics engine that runs the tests, and the cross-check with a second one.
+"""`EnginesFeature`: the physics engine that runs the tests (`--hri-engine`), and the cross-check with a second one.
 
-`compare` finds the differences between the two results of a test; `judge_run` then judges them.
+With `--hri-engine=both`, `TestRunner` lets the feature repeat each test on the second engine. `compare` finds the
+differences, and a test whose verdict depends on the engine does not pass. The `EngineComparison` is the section
+`CROSS_CHECK` of the test's result, which `EnginesView` shows.
 """
 
 from __future__ import annotations

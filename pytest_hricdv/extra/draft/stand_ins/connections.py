@@ -1,4 +1,8 @@
-"""Stand-ins for sockets, asyncio streams and servers of libraries, with a person at the other end."""
+"""`ConnectionPort`: stand-ins for sockets, asyncio streams and servers of libraries.
+
+The conftest of a draft declares it; its `Driver` and `Replace` call `make` in each run. The other end of a connection
+is the person of the test: the code receives what the person says, and what it sends is recorded.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from pytest_hricdv.extra.draft.stand_ins.parts import DeviceStandIn
 
 READS = ("recv", "recvfrom", "readline", "read", "readuntil", "readexactly")
 SENDS = ("send", "sendall", "sendto", "write")
-"""Methods of connections that take and give bytes."""
+"""Methods by which code receives and sends bytes, as analyses of drafts know them (`READS`, too)."""
 
 POSITIONAL = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 
