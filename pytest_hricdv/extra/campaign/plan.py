@@ -1,4 +1,4 @@
-"""`CampaignPlan`: which tests a campaign runs, with how many seeds each, of which project.
+"""`CampaignPlan`: the tests of a campaign, its project, and the number of seeds of each test.
 
 The command `run` makes it with `make_plan`, which lets `planning_process` collect the tests; `Store` keeps it.
 """

@@ -27,7 +27,7 @@ Place = tuple[str, int]
 """Name of a file, and first line of a statement."""
 
 HALF = 4
-"""The weight of recency halves every so many statements before the violation. Chosen over 23 bugs in the testbenches of
+"""Number of statements after which the weight of recency is halved. Chosen over 23 bugs in the testbenches of
 two tutorials: with half to twice the value of this constant or the next ones, results were not clearly better."""
 
 LEAST = 0.5

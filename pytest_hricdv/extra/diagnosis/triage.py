@@ -50,7 +50,7 @@ def vocabulary_of(diagnosis: Diagnosis) -> Vocabulary:
 
 
 def log_of(test: TestResult, vocabulary: Vocabulary) -> Log:
-    """The log of a test, from its timeline. Raises ValueError for a test of which no run ended."""
+    """The log of a test, from its timeline. Raises ValueError if none of its runs ended."""
     timeline = test.timeline
     if timeline is None:
         raise ValueError(f"{test.id}: no run of it came to an end")

@@ -30,7 +30,7 @@ from pytest_hricdv.extra.draft.stand_ins.connections import SENDS
 from pytest_hricdv.extra.draft.stand_ins.parts import without_arguments
 
 LOGS = {"debug", "info", "warning", "warn", "error", "exception", "critical", "log", "setLevel"}
-"""Methods of loggers, of which no messages are made."""
+"""Methods of loggers: drafts make no messages of calls to them."""
 
 CHANNELS = ("queue", "publish", "bus")
 """Roles of ports that only hand messages on."""
